@@ -1,0 +1,2 @@
+//! The `cesogen` drop-in command.
+fn main() {}

@@ -1,0 +1,1 @@
+//! Cellular solids: the catalogue of triply periodic surfaces.

@@ -1,0 +1,1 @@
+//! From signs to a watertight mesh: cases, placement, flat cuts, streaming assembly.

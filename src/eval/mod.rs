@@ -1,0 +1,9 @@
+//! Engines: what turns expressions into numbers.
+//!
+//! A [`Sampler`] is an expression bound to a grid of coordinates; contouring, measuring and
+//! rendering see nothing else. Two engines implement it, the interpreter and the compiler, and
+//! return the same bits.
+
+pub mod sampler;
+
+pub use sampler::{BRICK, BrickSigns, End, NodeBox, Sampler};

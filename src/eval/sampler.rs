@@ -1,0 +1,142 @@
+//! A field bound to a grid of sample coordinates.
+//!
+//! The grid is the product of three tables of coordinates and is cut into bricks of [`BRICK`]
+//! samples a side. Numbers of boxes, bricks and nodes below are positions in those tables.
+//!
+//! **Activity.** The sides of every extremum of the expression are *regions* that matter in a box
+//! or not. A box carries one bit per region in [`Sampler::activity_words`] words: set where the
+//! region may matter. [`Sampler::ranges`] clears bits; every other query may skip a region whose
+//! bit is clear and returns the same bits as with all of them set, anywhere in that box: at the
+//! nodes and between them.
+
+use crate::expr::Failure;
+use crate::geom::Axis;
+use crate::num::Interval;
+
+/// Samples along a side of a brick.
+pub const BRICK: usize = 16;
+
+/// Signs of a brick's samples: bit `x` of word `z * BRICK + y` is set where the value is below
+/// zero (zero, NaN and positive values are outside).
+pub type BrickSigns = [u16; BRICK * BRICK];
+
+/// A cube of `2^level` bricks a side, in units of its own size.
+///
+/// It covers the coordinates from node `BRICK * (index << level)` to node
+/// `BRICK * ((index + 1) << level)`, both included, along each axis; where the table ends earlier,
+/// to its last node.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct NodeBox {
+    /// Logarithm to base two of the side in bricks.
+    pub level: u8,
+    /// Position along each axis in units of the side.
+    pub index: [u32; 3],
+}
+
+/// An end of a grid edge.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum End {
+    /// The node of lesser coordinate.
+    Lower,
+    /// The node of greater coordinate.
+    Upper,
+}
+
+/// A field bound to a grid.
+///
+/// Every query on one point returns the same bits, whichever method, batch, thread or engine
+/// answers: the value at a node from [`signs`](Self::signs), [`values`](Self::values),
+/// [`line_ends`](Self::line_ends) and [`line`](Self::line) at the node's coordinate are one number.
+pub trait Sampler: Sync {
+    /// Scratch memory of one thread.
+    type Workspace: Send;
+
+    /// A fresh workspace.
+    fn workspace(&self) -> Self::Workspace;
+
+    /// Length of each axis' table of coordinates: a multiple of [`BRICK`], plus one.
+    fn nodes(&self) -> [usize; 3];
+
+    /// Words of activity that a box carries.
+    fn activity_words(&self) -> usize;
+
+    /// Encloses the field over up to eight boxes of one level.
+    ///
+    /// `activity` holds [`activity_words`](Self::activity_words) words a box: on entry those of a
+    /// box that contains it (all ones to begin with), on return its own. `ranges` receives one
+    /// enclosure a box.
+    ///
+    /// # Errors
+    /// [`Failure`] of an oracle.
+    fn ranges(
+        &self,
+        workspace: &mut Self::Workspace,
+        boxes: &[NodeBox],
+        activity: &mut [u64],
+        ranges: &mut [Interval],
+    ) -> Result<(), Failure>;
+
+    /// Signs of the samples of the brick at `brick` (in bricks).
+    ///
+    /// # Errors
+    /// [`Failure`] of an oracle.
+    fn signs(
+        &self,
+        workspace: &mut Self::Workspace,
+        brick: [u32; 3],
+        activity: &[u64],
+        signs: &mut BrickSigns,
+    ) -> Result<(), Failure>;
+
+    /// Values of the samples of the brick at `brick`, x fastest, then y, then z.
+    ///
+    /// # Errors
+    /// [`Failure`] of an oracle.
+    fn values(
+        &self,
+        workspace: &mut Self::Workspace,
+        brick: [u32; 3],
+        activity: &[u64],
+        values: &mut [f64; BRICK * BRICK * BRICK],
+    ) -> Result<(), Failure>;
+
+    /// Sets up a batch of grid edges along `axis` whose lower nodes lie in one brick.
+    ///
+    /// A node is given by its position in the brick, `x + 16 y + 256 z`. At most 256 edges.
+    ///
+    /// # Errors
+    /// [`Failure`] of an oracle.
+    fn line_begin(
+        &self,
+        workspace: &mut Self::Workspace,
+        axis: Axis,
+        brick: [u32; 3],
+        nodes: &[u16],
+        activity: &[u64],
+    ) -> Result<(), Failure>;
+
+    /// Values at one end of each edge of the batch.
+    ///
+    /// # Errors
+    /// [`Failure`] of an oracle.
+    fn line_ends(
+        &self,
+        workspace: &mut Self::Workspace,
+        end: End,
+        values: &mut [f64],
+    ) -> Result<(), Failure>;
+
+    /// Values and derivatives along the axis of the batch, at coordinate `at[m]` on edge `m`.
+    ///
+    /// The derivative is that of the active branch; it steers and is not a bound.
+    ///
+    /// # Errors
+    /// [`Failure`] of an oracle.
+    fn line(
+        &self,
+        workspace: &mut Self::Workspace,
+        at: &[f64],
+        values: &mut [f64],
+        slopes: &mut [f64],
+    ) -> Result<(), Failure>;
+}

@@ -1,0 +1,247 @@
+//! The hash-consed expression graph.
+//!
+//! Nodes are numbered in the order of their creation, so operands come before their users and a
+//! walk in index order is a topological walk: nothing here recurses. Equal nodes are one node.
+//! The constructors fold constants and normalise on the spot by the rules of
+//! [`simplify`](super::simplify).
+
+use super::oracle::Oracle;
+use super::{Binary, Extremum, Node, Output, Unary, simplify};
+use crate::geom::Axis;
+use rustc_hash::FxHashMap;
+use std::sync::Arc;
+
+/// A node of a [`Graph`], meaningful only with the graph that made it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct NodeId(u32);
+
+impl NodeId {
+    /// Position of the node in its graph.
+    #[must_use]
+    pub const fn index(self) -> usize {
+        self.0 as usize
+    }
+}
+
+/// A parameter of a [`Graph`]: the slot of its value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct ParameterId(u32);
+
+impl ParameterId {
+    /// Position of the parameter's value in a slice of parameter values.
+    #[must_use]
+    pub const fn index(self) -> usize {
+        self.0 as usize
+    }
+}
+
+/// An oracle of a [`Graph`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct OracleId(u32);
+
+impl OracleId {
+    /// Position of the oracle in [`Graph::oracles`].
+    #[must_use]
+    pub const fn index(self) -> usize {
+        self.0 as usize
+    }
+}
+
+/// A set of expressions that share their common parts.
+#[derive(Clone, Debug, Default)]
+pub struct Graph {
+    nodes: Vec<Node>,
+    numbers: FxHashMap<Node, NodeId>,
+    parameters: Vec<(String, f64)>,
+    oracles: Vec<Arc<dyn Oracle>>,
+}
+
+impl Graph {
+    /// A graph without nodes.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Number of nodes.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.nodes.len()
+    }
+
+    /// Whether the graph has no nodes.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.nodes.is_empty()
+    }
+
+    /// The node `id`.
+    ///
+    /// # Panics
+    /// If `id` belongs to a larger graph.
+    #[must_use]
+    pub fn node(&self, id: NodeId) -> Node {
+        self.nodes[id.index()]
+    }
+
+    /// Every node with its id, operands before users.
+    pub fn iter(&self) -> impl Iterator<Item = (NodeId, Node)> + '_ {
+        self.nodes.iter().enumerate().map(|(i, node)| (NodeId(i as u32), *node))
+    }
+
+    /// The id of `node` as it stands, without simplification.
+    ///
+    /// # Panics
+    /// If an operand is not a node of this graph, or after 2^32 nodes.
+    pub fn intern(&mut self, node: Node) -> NodeId {
+        let Self { nodes, numbers, .. } = self;
+        *numbers.entry(node).or_insert_with(|| {
+            assert!(
+                operands(&node).iter().all(|o| o.index() < nodes.len()),
+                "an operand is not in this graph"
+            );
+            let id = u32::try_from(nodes.len()).expect("a graph has fewer than 2^32 nodes");
+            nodes.push(node);
+            NodeId(id)
+        })
+    }
+
+    /// The coordinate along `axis`.
+    pub fn coordinate(&mut self, axis: Axis) -> NodeId {
+        self.intern(Node::Coordinate(axis))
+    }
+
+    /// The three coordinates.
+    pub fn point(&mut self) -> [NodeId; 3] {
+        Axis::ALL.map(|axis| self.coordinate(axis))
+    }
+
+    /// The constant `value`.
+    pub fn constant(&mut self, value: f64) -> NodeId {
+        self.intern(Node::Constant(value.to_bits()))
+    }
+
+    /// The value of `id` if it is a constant.
+    #[must_use]
+    pub fn as_constant(&self, id: NodeId) -> Option<f64> {
+        if let Node::Constant(bits) = self.node(id) { Some(f64::from_bits(bits)) } else { None }
+    }
+
+    /// The parameter `name`, made with value `value` if the graph does not have it yet.
+    pub fn parameter(&mut self, name: &str, value: f64) -> NodeId {
+        let slot = self.parameters.iter().position(|(n, _)| n == name).unwrap_or_else(|| {
+            self.parameters.push((name.to_owned(), value));
+            self.parameters.len() - 1
+        });
+        self.intern(Node::Parameter(ParameterId(slot as u32)))
+    }
+
+    /// Names and present values of the parameters, by slot.
+    #[must_use]
+    pub fn parameters(&self) -> &[(String, f64)] {
+        &self.parameters
+    }
+
+    /// Changes the value of the parameter in `slot`.
+    pub fn set_parameter(&mut self, slot: ParameterId, value: f64) {
+        self.parameters[slot.index()].1 = value;
+    }
+
+    /// The oracles, by id.
+    #[must_use]
+    pub fn oracles(&self) -> &[Arc<dyn Oracle>] {
+        &self.oracles
+    }
+
+    /// Adds an oracle; the same `Arc` is added once.
+    pub fn add_oracle(&mut self, oracle: &Arc<dyn Oracle>) -> OracleId {
+        let slot = self.oracles.iter().position(|o| Arc::ptr_eq(o, oracle)).unwrap_or_else(|| {
+            self.oracles.push(Arc::clone(oracle));
+            self.oracles.len() - 1
+        });
+        OracleId(slot as u32)
+    }
+
+    /// An output of `oracle` at the point `at`.
+    pub fn oracle(&mut self, oracle: OracleId, output: Output, at: [NodeId; 3]) -> NodeId {
+        self.intern(Node::Oracle(oracle, output, at))
+    }
+
+    /// The operator `op` applied to `a`, simplified.
+    pub fn unary(&mut self, op: Unary, a: NodeId) -> NodeId {
+        simplify::unary(self, op, a)
+    }
+
+    /// The operator `op` applied to `a` and `b`, simplified.
+    pub fn binary(&mut self, op: Binary, a: NodeId, b: NodeId) -> NodeId {
+        simplify::binary(self, op, a, b)
+    }
+
+    /// `c` where the extremum of `a` and `b` takes `a`, else `d`; simplified.
+    pub fn pick(&mut self, extremum: Extremum, [a, b, c, d]: [NodeId; 4]) -> NodeId {
+        simplify::pick(self, extremum, [a, b, c, d])
+    }
+
+    /// `a + b`.
+    pub fn add(&mut self, a: NodeId, b: NodeId) -> NodeId {
+        self.binary(Binary::Add, a, b)
+    }
+
+    /// `a - b`.
+    pub fn sub(&mut self, a: NodeId, b: NodeId) -> NodeId {
+        self.binary(Binary::Sub, a, b)
+    }
+
+    /// `a * b`.
+    pub fn mul(&mut self, a: NodeId, b: NodeId) -> NodeId {
+        self.binary(Binary::Mul, a, b)
+    }
+
+    /// `a / b`.
+    pub fn div(&mut self, a: NodeId, b: NodeId) -> NodeId {
+        self.binary(Binary::Div, a, b)
+    }
+
+    /// The lesser of `a` and `b`; `b` on ties and NaN.
+    pub fn min(&mut self, a: NodeId, b: NodeId) -> NodeId {
+        self.binary(Binary::Min, a, b)
+    }
+
+    /// The greater of `a` and `b`; `b` on ties and NaN.
+    pub fn max(&mut self, a: NodeId, b: NodeId) -> NodeId {
+        self.binary(Binary::Max, a, b)
+    }
+
+    /// `-a`.
+    pub fn neg(&mut self, a: NodeId) -> NodeId {
+        self.unary(Unary::Neg, a)
+    }
+}
+
+/// The operands of `node`, in order.
+#[must_use]
+pub fn operands(node: &Node) -> Operands {
+    let (list, len) = match *node {
+        Node::Coordinate(_) | Node::Constant(_) | Node::Parameter(_) => ([NodeId(0); 4], 0),
+        Node::Unary(_, a) => ([a; 4], 1),
+        Node::Binary(_, a, b) => ([a, b, b, b], 2),
+        Node::Oracle(_, _, [a, b, c]) => ([a, b, c, c], 3),
+        Node::Pick(_, list) => (list, 4),
+    };
+    Operands { list, len }
+}
+
+/// Up to four operands of a node; a slice by dereference.
+#[derive(Clone, Copy, Debug)]
+pub struct Operands {
+    list: [NodeId; 4],
+    len: u8,
+}
+
+impl std::ops::Deref for Operands {
+    type Target = [NodeId];
+
+    fn deref(&self) -> &[NodeId] {
+        &self.list[..usize::from(self.len)]
+    }
+}

@@ -1,0 +1,15 @@
+//! Expressions: one hash-consed graph that describes every field.
+//!
+//! A field is an expression in x, y and z, negative inside. Formulas, surfaces, set operations and
+//! motions are nodes of the closed list in [`op`]; what has no formula enters as an [`Oracle`].
+//! This module builds, simplifies and differentiates expressions; it evaluates nothing but
+//! constants.
+
+pub mod graph;
+pub mod op;
+pub mod oracle;
+mod simplify;
+
+pub use graph::{Graph, NodeId, OracleId, ParameterId};
+pub use op::{Binary, Extremum, Node, Output, Unary};
+pub use oracle::{Failure, Oracle, Queries};

@@ -1,0 +1,79 @@
+//! Fields without a formula.
+//!
+//! An oracle answers for the value and the gradient of a field at points, in bulk, and bounds the
+//! field over boxes. It takes part in expressions as [`Node::Oracle`](super::Node::Oracle), so
+//! pruning, derivatives and set operations work on it as on formulas.
+
+use crate::num::Interval;
+use std::fmt;
+
+/// Why an oracle could not answer.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("`{oracle}` could not be evaluated: {cause}")]
+pub struct Failure {
+    /// [`Oracle::name`] of the oracle at fault.
+    pub oracle: String,
+    /// What went wrong, in lower case.
+    pub cause: String,
+}
+
+/// Points to answer for, and room for the answers.
+///
+/// All slices have one length. The gradient is asked for or not as a whole.
+#[derive(Debug)]
+pub struct Queries<'a> {
+    /// Coordinates of the points, one slice an axis.
+    pub at: [&'a [f64]; 3],
+    /// Receives the values.
+    pub value: &'a mut [f64],
+    /// Receives the partial derivatives, one slice an axis, if they are wanted.
+    pub gradient: Option<[&'a mut [f64]; 3]>,
+}
+
+/// A field that is evaluated by code of its own, negative inside.
+///
+/// Contract:
+/// * A point has one answer: [`points`](Self::points), [`brick`](Self::brick), whatever the batch,
+///   the order and the thread, give the same bits for the same coordinates.
+/// * [`range`](Self::range) encloses every value that the point queries return for points in the
+///   box, rounding included, and sets `nan` if one of them may be NaN.
+/// * The gradient steers root finding only: it may be wrong where the field has a kink.
+pub trait Oracle: fmt::Debug + Send + Sync {
+    /// A name for messages, such as the file it was read from.
+    fn name(&self) -> &str;
+
+    /// Answers for points in any order.
+    ///
+    /// # Errors
+    /// [`Failure`] when no answer can be given; the answers are then unspecified.
+    fn points(&self, queries: Queries<'_>) -> Result<(), Failure>;
+
+    /// Values at the nodes of a small grid: `value[(k * y.len() + j) * x.len() + i]` answers
+    /// `(x[i], y[j], z[k])`. The coordinates of an axis are monotone; spacing may vary.
+    ///
+    /// # Errors
+    /// [`Failure`] when no answer can be given; the answers are then unspecified.
+    fn brick(&self, at: [&[f64]; 3], value: &mut [f64]) -> Result<(), Failure> {
+        let [x, y, z] = at;
+        let mut rows = value.chunks_exact_mut(x.len().max(1));
+        let (mut ys, mut zs) = (vec![0.0; x.len()], vec![0.0; x.len()]);
+        for &zk in z {
+            zs.fill(zk);
+            for &yj in y {
+                ys.fill(yj);
+                if let Some(row) = rows.next() {
+                    self.points(Queries { at: [x, &ys, &zs], value: row, gradient: None })?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// An enclosure of the values over the box with the given sides.
+    fn range(&self, at: [Interval; 3]) -> Interval;
+
+    /// An upper bound of the gradient's length; infinite if none is known.
+    fn lipschitz(&self) -> f64 {
+        f64::INFINITY
+    }
+}

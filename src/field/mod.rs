@@ -1,0 +1,1 @@
+//! Oracles: fields that no formula gives, such as the distance to a mesh.

@@ -1,0 +1,1 @@
+//! The library's facade: program text to mesh and measures.

@@ -1,0 +1,1 @@
+//! Program text: sources and spans, lexer, stack notation, infix equations, diagnostics.

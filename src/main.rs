@@ -1,0 +1,2 @@
+//! The `alveole` command.
+fn main() {}

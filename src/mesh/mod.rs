@@ -1,0 +1,17 @@
+//! Indexed triangle meshes: topology, checks, measures and files.
+//!
+//! Triangles are counter-clockwise seen from outside. This module does not know where they come
+//! from.
+
+pub mod sink;
+
+pub use sink::Sink;
+
+/// An indexed triangle mesh.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Mesh {
+    /// Vertex positions, in model units.
+    pub positions: Vec<[f64; 3]>,
+    /// Corners of the triangles, counter-clockwise from outside, as indices into `positions`.
+    pub triangles: Vec<[u32; 3]>,
+}

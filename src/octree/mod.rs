@@ -1,0 +1,1 @@
+//! Interval subdivision of the grid down to bricks.

@@ -1,0 +1,1 @@
+//! A field with its bounds, growth and origin; primitives; set, offset and motion operations.
