@@ -5,11 +5,17 @@
 //! This module builds, simplifies and differentiates expressions; it evaluates nothing but
 //! constants.
 
+pub mod constant;
+pub mod depends;
+pub mod derive;
 pub mod graph;
 pub mod op;
 pub mod oracle;
+#[cfg(test)]
+pub(crate) mod probe;
 mod simplify;
 
+pub use depends::AxisSet;
 pub use graph::{Graph, NodeId, OracleId, ParameterId};
 pub use op::{Binary, Extremum, Node, Output, Unary};
 pub use oracle::{Failure, Oracle, Queries};
