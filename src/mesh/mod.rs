@@ -3,8 +3,16 @@
 //! Triangles are counter-clockwise seen from outside. This module does not know where they come
 //! from.
 
+pub mod check;
+pub mod io;
+pub mod measure;
+#[cfg(test)]
+mod shapes;
 pub mod sink;
+pub mod topology;
 
+pub use check::{Check, check};
+pub use measure::{Measures, measure};
 pub use sink::Sink;
 
 /// An indexed triangle mesh.
