@@ -1,0 +1,638 @@
+//! A wide bounding-volume tree over boxes.
+//!
+//! A node holds the boxes of up to [`WIDTH`] children as a structure of arrays in single
+//! precision, in coordinates relative to the middle of everything and divided by its size. Boxes
+//! are grown so that the distance to a box, computed in single precision, never exceeds the
+//! distance to what is in it by more than [`SLACK`]: traversals with [`reach`] miss nothing.
+//!
+//! The tree depends on the boxes only, not on threads. Any boxes will do, equal ones included.
+//!
+//! Source: binned surface-area heuristic after Wald 2007, doi:10.1109/RT.2007.4342588; wide nodes
+//! by splitting the child of largest area first, after Wald, Benthin, Boulos 2008,
+//! doi:10.1109/RT.2008.4634620.
+
+use crate::geom::Aabb;
+use glam::DVec3;
+use rayon::prelude::*;
+
+/// Children of a node.
+pub const WIDTH: usize = 8;
+/// Items of a leaf.
+pub const LEAF: usize = 8;
+/// Fills up the items of a leaf.
+pub const NO_ITEM: u32 = u32::MAX;
+/// Points at least this far from the middle, in units of the size, are *remote*: single precision
+/// would overflow for them, and all items are equally far to less than a rounding error.
+pub const REMOTE: f64 = (1_u64 << 60) as f64;
+
+/// Relative excess allowed to squared distances to boxes: some roundings of single precision.
+const SLACK: f64 = 1.0 / (1 << 19) as f64;
+/// Growth of the boxes in units of the size: the rounding of points near the boxes to single
+/// precision (2^-24) four times over.
+const MARGIN: f64 = 1.0 / (1 << 22) as f64;
+/// Bins an axis for the surface-area heuristic.
+const BINS: usize = 16;
+/// Depth from which ranges are halved by count: bounds the depth for any input.
+const HALVING_DEPTH: u32 = 48;
+/// Items in a range that is worth a thread.
+const PARALLEL: usize = 4096;
+
+/// The coordinates of a tree: `(p - middle) * scale`, in which all boxes lie in `[-1, 1]^3`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Frame {
+    /// The middle of everything.
+    pub middle: DVec3,
+    /// A power of two, so that scaling is exact.
+    pub scale: f64,
+}
+
+impl Frame {
+    /// The frame of things that fill `hull`.
+    #[must_use]
+    pub fn of(hull: Aabb) -> Self {
+        // Halves first: the sum of two large coordinates overflows.
+        let middle = 0.5 * hull.lo + 0.5 * hull.hi;
+        let half = (hull.hi - middle).max(middle - hull.lo).max_element();
+        // Exponent of the power of two above `half`, kept where the power and its inverse are
+        // normal numbers.
+        let exponent = ((half.to_bits() >> 52) as i64 - 1022).clamp(-1020, 1020);
+        let scale = f64::from_bits(((1023 - exponent) as u64) << 52);
+        Self { middle, scale: if half > 0.0 { scale } else { 1.0 } }
+    }
+
+    /// `point` in the frame.
+    #[inline(always)]
+    #[must_use]
+    pub fn local(self, point: DVec3) -> DVec3 {
+        (point - self.middle) * self.scale
+    }
+}
+
+/// What a child of a node is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Child {
+    /// The node of this number.
+    Node(usize),
+    /// The leaf of this number.
+    Leaf(usize),
+    /// Nothing; its box is empty.
+    Nothing,
+}
+
+/// A child in 32 bits: the highest bit marks leaves, all ones mean nothing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Packed(u32);
+
+impl Packed {
+    const NOTHING: Self = Self(u32::MAX);
+    const LEAF_BIT: u32 = 1 << 31;
+
+    #[inline(always)]
+    const fn unpack(self) -> Child {
+        if self.0 == u32::MAX {
+            Child::Nothing
+        } else if self.0 & Self::LEAF_BIT != 0 {
+            Child::Leaf((self.0 & !Self::LEAF_BIT) as usize)
+        } else {
+            Child::Node(self.0 as usize)
+        }
+    }
+
+    /// The same child after `nodes` and `leaves` were put before its own.
+    fn shifted(self, nodes: usize, leaves: usize) -> Self {
+        match self.unpack() {
+            Child::Node(_) => Self(self.0 + nodes as u32),
+            Child::Leaf(_) => Self(self.0 + leaves as u32),
+            Child::Nothing => self,
+        }
+    }
+}
+
+/// The children of a node: boxes and references, one lane a child.
+#[derive(Clone, Debug)]
+pub struct Node {
+    lo: [[f32; WIDTH]; 3],
+    hi: [[f32; WIDTH]; 3],
+    child: [Packed; WIDTH],
+}
+
+impl Node {
+    /// The children in order; nothing follows the first [`Child::Nothing`].
+    pub fn children(&self) -> impl Iterator<Item = Child> {
+        self.child.iter().map(|c| c.unpack())
+    }
+
+    /// Squared distances from a box to the children; infinite for nothing.
+    #[inline(always)]
+    fn distances(&self, lo: [f32; 3], hi: [f32; 3]) -> [f32; WIDTH] {
+        let mut sum = [0.0; WIDTH];
+        for axis in 0..3 {
+            for lane in 0..WIDTH {
+                let below = self.lo[axis][lane] - hi[axis];
+                let above = lo[axis] - self.hi[axis][lane];
+                let gap = if below > above { below } else { above };
+                let gap = if gap > 0.0 { gap } else { 0.0 };
+                sum[lane] += gap * gap;
+            }
+        }
+        sum
+    }
+}
+
+/// A leaf found by [`Bvh::within`], with its box in the tree's frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Found {
+    /// Number of the leaf.
+    pub leaf: usize,
+    /// Corner of least coordinates.
+    pub lo: [f32; 3],
+    /// Corner of greatest coordinates.
+    pub hi: [f32; 3],
+}
+
+/// Pending children of a traversal, reused between traversals.
+#[derive(Debug, Default)]
+pub struct Stack(Vec<(f32, Packed)>);
+
+/// The tree.
+#[derive(Clone, Debug)]
+pub struct Bvh {
+    frame: Frame,
+    nodes: Vec<Node>,
+    leaves: Vec<[u32; LEAF]>,
+}
+
+/// The bound on squared distances to boxes that keeps everything within squared distance
+/// `squared` (in the tree's frame, finite or not).
+#[inline(always)]
+#[must_use]
+pub fn reach(squared: f64) -> f32 {
+    let bound = squared * (1.0 + SLACK);
+    // Finite, so that the empty boxes at infinity stay out.
+    if bound < f64::from(f32::MAX) { bound as f32 } else { f32::MAX }
+}
+
+impl Bvh {
+    /// A tree over `boxes`, which are finite and not empty. Items are known by their positions.
+    #[must_use]
+    pub fn build(boxes: &[Aabb]) -> Self {
+        let hull = boxes.iter().fold(Aabb::EMPTY, |hull, b| hull.hull(*b));
+        let frame = if boxes.is_empty() {
+            Frame { middle: DVec3::ZERO, scale: 1.0 }
+        } else {
+            Frame::of(hull)
+        };
+        let mut items: Vec<Item> = boxes
+            .par_iter()
+            .enumerate()
+            .map(|(number, b)| Item::new(number as u32, *b, frame))
+            .collect();
+        let Part { nodes, leaves } = Part::build(&mut items, 0);
+        Self { frame, nodes, leaves }
+    }
+
+    /// The tree's coordinates.
+    #[must_use]
+    pub fn frame(&self) -> Frame {
+        self.frame
+    }
+
+    /// The nodes; each comes before its children, the root first.
+    #[must_use]
+    pub fn nodes(&self) -> &[Node] {
+        &self.nodes
+    }
+
+    /// The items of the leaves, filled up with [`NO_ITEM`].
+    #[must_use]
+    pub fn leaves(&self) -> &[[u32; LEAF]] {
+        &self.leaves
+    }
+
+    /// Visits leaves from near to far from the point `at` (in the tree's frame, not remote) until
+    /// no box is left within `bound`; `visit` returns the new bound. Bounds come from [`reach`].
+    #[inline(always)]
+    pub fn nearest(
+        &self,
+        at: [f32; 3],
+        stack: &mut Stack,
+        mut bound: f32,
+        mut visit: impl FnMut(usize) -> f32,
+    ) {
+        let stack = &mut stack.0;
+        stack.clear();
+        let mut current = Packed(0);
+        loop {
+            match current.unpack() {
+                Child::Leaf(leaf) => bound = visit(leaf),
+                Child::Node(number) => {
+                    let node = &self.nodes[number];
+                    let distances = node.distances(at, at);
+                    let mut near = [(0.0_f32, Packed::NOTHING); WIDTH];
+                    let mut count = 0;
+                    for lane in 0..WIDTH {
+                        let distance = distances[lane];
+                        if distance <= bound {
+                            // Farthest first, so that the nearest is popped first.
+                            let mut slot = count;
+                            while slot > 0 && near[slot - 1].0 < distance {
+                                near[slot] = near[slot - 1];
+                                slot -= 1;
+                            }
+                            near[slot] = (distance, node.child[lane]);
+                            count += 1;
+                        }
+                    }
+                    stack.extend_from_slice(&near[..count]);
+                }
+                Child::Nothing => {}
+            }
+            current = loop {
+                match stack.pop() {
+                    None => return,
+                    Some((distance, child)) if distance <= bound => break child,
+                    Some(_) => {}
+                }
+            };
+        }
+    }
+
+    /// Collects the leaves within `bound` of the box with corners `lo` and `hi` (in the tree's
+    /// frame, not remote, rounded outward), in the order of the tree.
+    #[inline(always)]
+    pub fn within(
+        &self,
+        lo: [f32; 3],
+        hi: [f32; 3],
+        bound: f32,
+        stack: &mut Stack,
+        found: &mut Vec<Found>,
+    ) {
+        let stack = &mut stack.0;
+        stack.clear();
+        stack.push((0.0, Packed(0)));
+        while let Some((_, current)) = stack.pop() {
+            let Child::Node(number) = current.unpack() else { continue };
+            let node = &self.nodes[number];
+            let distances = node.distances(lo, hi);
+            for lane in 0..WIDTH {
+                if distances[lane] <= bound {
+                    match node.child[lane].unpack() {
+                        Child::Leaf(leaf) => found.push(Found {
+                            leaf,
+                            lo: [node.lo[0][lane], node.lo[1][lane], node.lo[2][lane]],
+                            hi: [node.hi[0][lane], node.hi[1][lane], node.hi[2][lane]],
+                        }),
+                        Child::Node(_) => stack.push((0.0, node.child[lane])),
+                        Child::Nothing => {}
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// An item while the tree is built: its number and its grown box in the frame.
+#[derive(Clone, Copy)]
+struct Item {
+    lo: [f32; 3],
+    number: u32,
+    hi: [f32; 3],
+}
+
+impl Item {
+    fn new(number: u32, b: Aabb, frame: Frame) -> Self {
+        let lo = (frame.local(b.lo) - DVec3::splat(MARGIN)).to_array();
+        let hi = (frame.local(b.hi) + DVec3::splat(MARGIN)).to_array();
+        // One step outward undoes the rounding to single precision.
+        Self {
+            lo: lo.map(|v| (v as f32).next_down()),
+            number,
+            hi: hi.map(|v| (v as f32).next_up()),
+        }
+    }
+
+    /// Twice the middle along an axis.
+    #[inline(always)]
+    fn middle(&self, axis: usize) -> f32 {
+        self.lo[axis] + self.hi[axis]
+    }
+}
+
+/// The hull of some items.
+#[derive(Clone, Copy)]
+struct Hull {
+    lo: [f32; 3],
+    hi: [f32; 3],
+}
+
+impl Hull {
+    const EMPTY: Self = Self { lo: [f32::INFINITY; 3], hi: [f32::NEG_INFINITY; 3] };
+
+    #[inline(always)]
+    fn add(&mut self, lo: [f32; 3], hi: [f32; 3]) {
+        for axis in 0..3 {
+            self.lo[axis] = if lo[axis] < self.lo[axis] { lo[axis] } else { self.lo[axis] };
+            self.hi[axis] = if hi[axis] > self.hi[axis] { hi[axis] } else { self.hi[axis] };
+        }
+    }
+
+    fn around(items: &[Item]) -> Self {
+        items.iter().fold(Self::EMPTY, |mut hull, item| {
+            hull.add(item.lo, item.hi);
+            hull
+        })
+    }
+
+    /// Half the surface area; zero for the empty hull.
+    fn area(&self) -> f32 {
+        let [x, y, z]: [f32; 3] = std::array::from_fn(|a| (self.hi[a] - self.lo[a]).max(0.0));
+        x * y + y * z + z * x
+    }
+}
+
+/// A tree in the making.
+struct Part {
+    nodes: Vec<Node>,
+    leaves: Vec<[u32; LEAF]>,
+}
+
+/// A range of items that becomes a child.
+struct Range<'a> {
+    items: &'a mut [Item],
+    hull: Hull,
+    depth: u32,
+}
+
+impl Part {
+    /// The tree over `items`, whose root lies at `depth` binary splits. The depth is bounded by
+    /// [`HALVING_DEPTH`] plus the logarithm of the count, and so is the recursion.
+    fn build(items: &mut [Item], depth: u32) -> Self {
+        let parallel = items.len() > PARALLEL;
+        let hull = Hull::around(items);
+        let mut ranges = vec![Range { items, hull, depth }];
+        while ranges.len() < WIDTH {
+            let largest = ranges
+                .iter()
+                .enumerate()
+                .filter(|(_, r)| r.items.len() > LEAF)
+                .max_by(|(_, a), (_, b)| a.hull.area().total_cmp(&b.hull.area()))
+                .map(|(slot, _)| slot);
+            let Some(slot) = largest else { break };
+            let Range { items, hull, depth } = ranges.swap_remove(slot);
+            let middle = split(items, hull, depth);
+            let (left, right) = items.split_at_mut(middle);
+            for items in [left, right] {
+                let hull = Hull::around(items);
+                ranges.push(Range { items, hull, depth: depth + 1 });
+            }
+        }
+        let below = |range: &mut Range<'_>| {
+            (range.items.len() > LEAF).then(|| Self::build(range.items, range.depth))
+        };
+        let below: Vec<Option<Self>> = if parallel {
+            ranges.par_iter_mut().map(below).collect()
+        } else {
+            ranges.iter_mut().map(below).collect()
+        };
+        Self::join(&ranges, below)
+    }
+
+    /// A root over `ranges`: leaves, and nodes for those that have a tree `below`.
+    fn join(ranges: &[Range<'_>], below: Vec<Option<Self>>) -> Self {
+        let mut root = Node {
+            lo: [[f32::INFINITY; WIDTH]; 3],
+            hi: [[f32::NEG_INFINITY; WIDTH]; 3],
+            child: [Packed::NOTHING; WIDTH],
+        };
+        let mut nodes = vec![root.clone()];
+        let mut leaves = Vec::new();
+        for (lane, (range, below)) in ranges.iter().zip(below).enumerate() {
+            if range.items.is_empty() {
+                continue;
+            }
+            for axis in 0..3 {
+                root.lo[axis][lane] = range.hull.lo[axis];
+                root.hi[axis][lane] = range.hull.hi[axis];
+            }
+            match below {
+                None => {
+                    root.child[lane] = Packed(leaves.len() as u32 | Packed::LEAF_BIT);
+                    leaves.push(std::array::from_fn(|i| {
+                        range.items.get(i).map_or(NO_ITEM, |item| item.number)
+                    }));
+                }
+                Some(part) => {
+                    let (node, leaf) = (nodes.len(), leaves.len());
+                    root.child[lane] = Packed(node as u32);
+                    nodes.extend(part.nodes.into_iter().map(|mut n| {
+                        n.child = n.child.map(|c| c.shifted(node, leaf));
+                        n
+                    }));
+                    leaves.extend(part.leaves);
+                }
+            }
+        }
+        nodes[0] = root;
+        Self { nodes, leaves }
+    }
+}
+
+/// One side of a candidate split.
+#[derive(Clone, Copy)]
+struct Bin {
+    hull: Hull,
+    count: usize,
+}
+
+/// Reorders `items` into two sides, neither empty, and returns the length of the first.
+fn split(items: &mut [Item], hull: Hull, depth: u32) -> usize {
+    let half = items.len() / 2;
+    if depth >= HALVING_DEPTH {
+        let axis = (0..3)
+            .max_by(|a, b| (hull.hi[*a] - hull.lo[*a]).total_cmp(&(hull.hi[*b] - hull.lo[*b])))
+            .unwrap_or(0);
+        items.sort_unstable_by(|a, b| {
+            a.middle(axis).total_cmp(&b.middle(axis)).then(a.number.cmp(&b.number))
+        });
+        return half;
+    }
+    let mut middles = Hull::EMPTY;
+    for item in items.iter() {
+        let middle = std::array::from_fn(|axis| item.middle(axis));
+        middles.add(middle, middle);
+    }
+    let place = |item: &Item, axis: usize| {
+        let width = middles.hi[axis] - middles.lo[axis];
+        let bin = (item.middle(axis) - middles.lo[axis]) * (BINS as f32 / width);
+        (bin as usize).min(BINS - 1)
+    };
+    let axes = (0..3).filter(|axis| middles.hi[*axis] > middles.lo[*axis]);
+    let best = axes
+        .filter_map(|axis| {
+            let mut bins = [Bin { hull: Hull::EMPTY, count: 0 }; BINS];
+            for item in items.iter() {
+                let bin = &mut bins[place(item, axis)];
+                bin.hull.add(item.lo, item.hi);
+                bin.count += 1;
+            }
+            cheapest(&bins).map(|(cost, cut)| (cost, cut, axis))
+        })
+        .min_by(|a, b| a.0.total_cmp(&b.0));
+    let Some((_, cut, axis)) = best else { return half };
+    let (mut left, mut right) = (0, items.len());
+    while left < right {
+        if place(&items[left], axis) < cut {
+            left += 1;
+        } else {
+            right -= 1;
+            items.swap(left, right);
+        }
+    }
+    left
+}
+
+/// The cost and the first bin of the right side of the cheapest cut with no side empty.
+fn cheapest(bins: &[Bin; BINS]) -> Option<(f32, usize)> {
+    // A leaf costs the same however full it is.
+    let cost = |side: &Bin| side.hull.area() * side.count.div_ceil(LEAF) as f32;
+    let add = |side: &mut Bin, bin: &Bin| {
+        side.hull.add(bin.hull.lo, bin.hull.hi);
+        side.count += bin.count;
+    };
+    let mut side = Bin { hull: Hull::EMPTY, count: 0 };
+    let mut right = [Bin { hull: Hull::EMPTY, count: 0 }; BINS];
+    for cut in (1..BINS).rev() {
+        add(&mut side, &bins[cut]);
+        right[cut] = side;
+    }
+    let mut left = Bin { hull: Hull::EMPTY, count: 0 };
+    let mut best: Option<(f32, usize)> = None;
+    for cut in 1..BINS {
+        add(&mut left, &bins[cut - 1]);
+        if left.count > 0 && right[cut].count > 0 {
+            let total = cost(&left) + cost(&right[cut]);
+            if best.is_none_or(|(least, _)| total < least) {
+                best = Some((total, cut));
+            }
+        }
+    }
+    best
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A small generator of uniform numbers in [0, 1).
+    fn uniform(state: &mut u64) -> f64 {
+        *state =
+            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (*state >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    fn random_boxes(count: usize, offset: f64) -> Vec<Aabb> {
+        let mut state = 7;
+        (0..count)
+            .map(|_| {
+                let lo = DVec3::from_array(std::array::from_fn(|_| offset + uniform(&mut state)));
+                let side = DVec3::from_array(std::array::from_fn(|_| 0.1 * uniform(&mut state)));
+                Aabb::new(lo, lo + side)
+            })
+            .collect()
+    }
+
+    fn squared_distance(b: Aabb, p: DVec3) -> f64 {
+        (p - p.clamp(b.lo, b.hi)).length_squared()
+    }
+
+    /// The item nearest to `p`, by the tree.
+    fn nearest(tree: &Bvh, boxes: &[Aabb], p: DVec3) -> f64 {
+        let scale = tree.frame().scale * tree.frame().scale;
+        let mut best = f64::INFINITY;
+        let at = tree.frame().local(p).to_array().map(|v| v as f32);
+        tree.nearest(at, &mut Stack::default(), reach(best), |leaf| {
+            for item in tree.leaves()[leaf] {
+                if item != NO_ITEM {
+                    best = best.min(squared_distance(boxes[item as usize], p));
+                }
+            }
+            reach(best * scale)
+        });
+        best
+    }
+
+    #[test]
+    fn every_item_is_in_one_leaf() {
+        for count in [0, 1, 8, 9, 100, 10_000] {
+            let tree = Bvh::build(&random_boxes(count, 0.0));
+            let mut items: Vec<u32> =
+                tree.leaves().iter().flatten().copied().filter(|i| *i != NO_ITEM).collect();
+            items.sort_unstable();
+            assert!(items.into_iter().eq(0..count as u32));
+        }
+    }
+
+    #[test]
+    fn the_nearest_item_is_found_also_far_from_the_origin() {
+        for offset in [0.0, 1e7, -1e9] {
+            let boxes = random_boxes(2000, offset);
+            let tree = Bvh::build(&boxes);
+            let mut state = 3;
+            for spread in [1.0, 1.0, 10.0, 1e6] {
+                for _ in 0..50 {
+                    let p = DVec3::from_array(std::array::from_fn(|_| {
+                        offset + spread * (uniform(&mut state) - 0.3)
+                    }));
+                    let brute =
+                        boxes.iter().map(|b| squared_distance(*b, p)).fold(f64::INFINITY, f64::min);
+                    assert_eq!(nearest(&tree, &boxes, p), brute);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn equal_boxes_make_a_shallow_tree() {
+        let boxes = vec![Aabb::new(DVec3::ONE, DVec3::ONE); 5000];
+        let tree = Bvh::build(&boxes);
+        assert!(tree.leaves().len() < 5000 / 3);
+        assert_eq!(nearest(&tree, &boxes, DVec3::new(1.0, 1.0, 3.0)), 4.0);
+    }
+
+    #[test]
+    fn geometric_sizes_do_not_deepen_the_tree_without_bound() {
+        let boxes: Vec<Aabb> =
+            (0..900).map(|i| Aabb::new(DVec3::ZERO, DVec3::splat(0.5_f64.powi(i)))).collect();
+        let tree = Bvh::build(&boxes);
+        assert_eq!(nearest(&tree, &boxes, DVec3::splat(2.0)), 3.0);
+    }
+
+    #[test]
+    fn leaves_within_reach_of_a_box_are_all_found() {
+        let boxes = random_boxes(3000, 0.0);
+        let tree = Bvh::build(&boxes);
+        let query = Aabb::new(DVec3::splat(0.4), DVec3::splat(0.5));
+        let radius = 0.07;
+        let lo = tree.frame().local(query.lo).to_array().map(|v| (v as f32).next_down());
+        let hi = tree.frame().local(query.hi).to_array().map(|v| (v as f32).next_up());
+        let mut found = Vec::new();
+        let scaled = radius * tree.frame().scale;
+        tree.within(lo, hi, reach(scaled * scaled), &mut Stack::default(), &mut found);
+        let items: Vec<u32> = found.iter().flat_map(|f| tree.leaves()[f.leaf]).collect();
+        for (number, b) in boxes.iter().enumerate() {
+            let gap = (b.lo - query.hi).max(query.lo - b.hi).max(DVec3::ZERO).length();
+            assert!(gap > radius || items.contains(&(number as u32)));
+        }
+        assert!(items.len() < 1500);
+    }
+
+    #[test]
+    fn the_frame_is_finite_for_tiny_and_huge_hulls() {
+        for side in [1e-320, 1e-300, 1e-9, 1.0, 1e12, 1e307] {
+            let frame = Frame::of(Aabb::new(DVec3::splat(-side), DVec3::splat(side)));
+            let corner = frame.local(DVec3::splat(side));
+            assert!(corner.max_element() <= 1.0 && frame.scale.is_normal(), "{side}");
+        }
+    }
+}
