@@ -4,7 +4,10 @@
 //! mathematics library. Knows no points, no fields and no files.
 
 pub mod elementary;
+#[cfg(test)]
+mod exact;
 pub mod interval;
+pub mod lanes;
 pub mod progress;
 
 pub use interval::Interval;
