@@ -149,11 +149,11 @@ impl Packet {
         }
     }
 
-    /// Numbers of lanes in use; the used lanes come first.
+    /// The lanes in use: the first ones.
     #[inline(always)]
     #[must_use]
-    pub fn len(&self) -> usize {
-        (0..LEAF).take_while(|lane| !self.origin[0][*lane].is_nan()).count()
+    pub fn lanes(&self) -> std::ops::Range<usize> {
+        0..self.origin[0].iter().take_while(|x| !x.is_nan()).count()
     }
 
     /// Improves `nearest`, the answer so far at `point`.
@@ -163,8 +163,8 @@ impl Packet {
         for (lane, squared) in squared.iter_mut().enumerate() {
             *squared = self.lane(lane).squared_distance(point);
         }
-        for lane in 0..LEAF {
-            let candidate = Nearest { squared: squared[lane], number: self.number[lane] };
+        for (squared, number) in squared.into_iter().zip(self.number) {
+            let candidate = Nearest { squared, number };
             if candidate.precedes(*nearest) {
                 *nearest = candidate;
             }
@@ -433,7 +433,7 @@ mod tests {
         packet.improve([0.2, 0.2, 1.0], &mut nearest);
         assert_eq!(nearest.number, 2.0);
         let (mut squared, mut number) = ([f64::INFINITY; 4], [f64::INFINITY; 4]);
-        for lane in 0..packet.len() {
+        for lane in packet.lanes() {
             packet.improve_all(lane, [&[0.2; 4], &[0.2; 4], &[1.0; 4]], &mut squared, &mut number);
         }
         assert_eq!((squared, number), ([nearest.squared; 4], [2.0; 4]));

@@ -127,12 +127,12 @@ impl Node {
     fn distances(&self, lo: [f32; 3], hi: [f32; 3]) -> [f32; WIDTH] {
         let mut sum = [0.0; WIDTH];
         for axis in 0..3 {
-            for lane in 0..WIDTH {
-                let below = self.lo[axis][lane] - hi[axis];
-                let above = lo[axis] - self.hi[axis][lane];
+            let sides = self.lo[axis].iter().zip(&self.hi[axis]);
+            for (sum, (child_lo, child_hi)) in sum.iter_mut().zip(sides) {
+                let (below, above) = (child_lo - hi[axis], lo[axis] - child_hi);
                 let gap = if below > above { below } else { above };
                 let gap = if gap > 0.0 { gap } else { 0.0 };
-                sum[lane] += gap * gap;
+                *sum += gap * gap;
             }
         }
         sum
@@ -230,8 +230,7 @@ impl Bvh {
                     let distances = node.distances(at, at);
                     let mut near = [(0.0_f32, Packed::NOTHING); WIDTH];
                     let mut count = 0;
-                    for lane in 0..WIDTH {
-                        let distance = distances[lane];
+                    for (distance, child) in distances.into_iter().zip(node.child) {
                         if distance <= bound {
                             // Farthest first, so that the nearest is popped first.
                             let mut slot = count;
@@ -239,7 +238,7 @@ impl Bvh {
                                 near[slot] = near[slot - 1];
                                 slot -= 1;
                             }
-                            near[slot] = (distance, node.child[lane]);
+                            near[slot] = (distance, child);
                             count += 1;
                         }
                     }
@@ -275,15 +274,15 @@ impl Bvh {
             let Child::Node(number) = current.unpack() else { continue };
             let node = &self.nodes[number];
             let distances = node.distances(lo, hi);
-            for lane in 0..WIDTH {
-                if distances[lane] <= bound {
-                    match node.child[lane].unpack() {
+            for (lane, (distance, child)) in distances.into_iter().zip(node.child).enumerate() {
+                if distance <= bound {
+                    match child.unpack() {
                         Child::Leaf(leaf) => found.push(Found {
                             leaf,
                             lo: [node.lo[0][lane], node.lo[1][lane], node.lo[2][lane]],
                             hi: [node.hi[0][lane], node.hi[1][lane], node.hi[2][lane]],
                         }),
-                        Child::Node(_) => stack.push((0.0, node.child[lane])),
+                        Child::Node(_) => stack.push((0.0, child)),
                         Child::Nothing => {}
                     }
                 }

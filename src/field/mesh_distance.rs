@@ -1,0 +1,475 @@
+//! The signed distance to a triangle mesh.
+//!
+//! The magnitude is the exact distance to the nearest face, whatever the mesh. The nearest face is
+//! the least by (squared distance, number), an order without ties, and value, gradient and sign
+//! are functions of the point and that face alone: so all queries agree to the bit.
+
+use super::sign::{Pseudonormals, Side};
+use super::surface::{Repairs, Surface, Unusable};
+use super::triangle::{Nearest, Packet, closest};
+use super::winding;
+use crate::expr::{Failure, Oracle, Queries};
+use crate::geom::bvh::{REMOTE, Stack, reach};
+use crate::geom::{Aabb, Bvh};
+use crate::mesh::Mesh;
+use crate::num::Interval;
+use glam::DVec3;
+use rayon::prelude::*;
+
+/// Bound on the rounding error of a value, in units of the distance plus the size of the mesh:
+/// some tens of roundings.
+const ROUNDING: f64 = 1.0 / (1_u64 << 46) as f64;
+/// Distance from a face, in units of the mesh's size, at which the direction from the closest
+/// point is mostly rounding.
+const TOUCHING: f64 = 1.0 / (1_u64 << 44) as f64;
+
+/// The signed distance to a triangle mesh, negative inside, in model units.
+pub struct MeshDistance {
+    name: String,
+    /// Positions times the scale of the tree's frame: the size is about 1, with the same bits.
+    surface: Surface,
+    bounds: Aabb,
+    tree: Bvh,
+    packets: Vec<Packet>,
+    normals: Pseudonormals,
+}
+
+impl std::fmt::Debug for MeshDistance {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("MeshDistance").field("name", &self.name).finish_non_exhaustive()
+    }
+}
+
+/// Scratch memory of a run of queries. Never changes an answer.
+#[derive(Default)]
+struct Search {
+    stack: Stack,
+    /// The leaf with the last answer: a good first guess.
+    leaf: usize,
+}
+
+/// Value and gradient at a point.
+struct Answer {
+    value: f64,
+    gradient: DVec3,
+}
+
+/// The signed distance to `mesh`, named `name` in messages.
+///
+/// # Errors
+/// [`Unusable`] if the mesh has no faces, or faces that make no sense.
+pub fn mesh_distance(mesh: &Mesh, name: &str) -> Result<MeshDistance, Unusable> {
+    let mut surface = Surface::new(mesh)?;
+    let boxes: Vec<Aabb> = (0..surface.triangles.len())
+        .into_par_iter()
+        .map(|face| Aabb::around(surface.corners(face)))
+        .collect();
+    let tree = Bvh::build(&boxes);
+    let bounds = surface.bounds();
+    let scale = tree.frame().scale;
+    surface.positions.par_iter_mut().for_each(|position| *position *= scale);
+    let corners = |face: u32| surface.corners(face as usize);
+    let packets = tree.leaves().par_iter().map(|faces| Packet::new(faces, corners)).collect();
+    let normals = if surface.edges.is_closed_manifold() {
+        Pseudonormals::of(&surface)
+    } else {
+        Pseudonormals::of_faces(&surface)
+    };
+    Ok(MeshDistance { name: name.to_owned(), surface, bounds, tree, packets, normals })
+}
+
+impl MeshDistance {
+    /// A box that contains the solid: that of the mesh.
+    #[must_use]
+    pub fn bounds(&self) -> Aabb {
+        self.bounds
+    }
+
+    /// What was mended.
+    #[must_use]
+    pub fn repairs(&self) -> Repairs {
+        self.surface.repairs
+    }
+
+    /// The nearest face of `scaled`, which is `local` in the tree's frame.
+    #[inline(always)]
+    fn nearest(&self, scaled: DVec3, local: DVec3, search: &mut Search) -> Nearest {
+        let at = local.to_array().map(|x| x as f32);
+        let point = scaled.to_array();
+        let mut nearest = Nearest::NONE;
+        let first = search.leaf;
+        self.packets[first].improve(point, &mut nearest);
+        let leaf = &mut search.leaf;
+        self.tree.nearest(at, &mut search.stack, reach(nearest.squared), |next| {
+            if next != first {
+                let before = nearest;
+                self.packets[next].improve(point, &mut nearest);
+                if nearest != before {
+                    *leaf = next;
+                }
+            }
+            reach(nearest.squared)
+        });
+        nearest
+    }
+
+    #[inline(always)]
+    fn answer(&self, point: DVec3, search: &mut Search) -> Answer {
+        let frame = self.tree.frame();
+        let local = frame.local(point);
+        // The comparison is false for NaN.
+        let near = local.abs().cmplt(DVec3::splat(REMOTE)).all();
+        if !near {
+            return remote(point, frame.middle);
+        }
+        let scaled = point * frame.scale;
+        let nearest = self.nearest(scaled, local, search);
+        self.resolve(point, scaled, nearest.number as usize)
+    }
+
+    /// The answer at a point whose nearest face is `face`.
+    #[inline(always)]
+    fn resolve(&self, point: DVec3, scaled: DVec3, face: usize) -> Answer {
+        let normal = self.normals.face(face);
+        let corners = self.surface.triangles[face];
+        let closest = closest(scaled, &self.surface.corners(face), normal);
+        let distance = closest.offset.length();
+        let side = if distance == 0.0 || !self.bounds.contains(point) {
+            Side::Outside
+        } else {
+            self.normals.side(face, corners, &closest).unwrap_or_else(|| self.wound(scaled))
+        };
+        let gradient = if distance > TOUCHING {
+            side.sign() * closest.offset / distance
+        } else {
+            normal.unwrap_or(DVec3::ZERO)
+        };
+        // Division by a power of two is exact.
+        Answer { value: side.sign() * (distance / self.tree.frame().scale), gradient }
+    }
+
+    /// The side by the winding number.
+    fn wound(&self, scaled: DVec3) -> Side {
+        if winding::exact(&self.surface, scaled) > 0.5 { Side::Inside } else { Side::Outside }
+    }
+}
+
+/// The answer so far away that the mesh is a point; not finite only where `point` is not.
+fn remote(point: DVec3, middle: DVec3) -> Answer {
+    // Halves, in units of the largest: nothing overflows.
+    let half = 0.5 * point - 0.5 * middle;
+    let unit = half.abs().max_element();
+    let direction = half / unit;
+    let length = direction.length();
+    let distance = 2.0 * unit * length;
+    let value = if point.is_finite() {
+        distance.min(f64::MAX)
+    } else if point.is_nan() {
+        f64::NAN
+    } else {
+        f64::INFINITY
+    };
+    Answer { value, gradient: direction / length }
+}
+
+impl Oracle for MeshDistance {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn points(&self, queries: Queries<'_>) -> Result<(), Failure> {
+        let Queries { at: [x, y, z], value, mut gradient } = queries;
+        pulp::Arch::new().dispatch(|| {
+            let mut search = Search::default();
+            for (i, value) in value.iter_mut().enumerate() {
+                let answer = self.answer(DVec3::new(x[i], y[i], z[i]), &mut search);
+                *value = answer.value;
+                if let Some(rows) = &mut gradient {
+                    for (row, partial) in rows.iter_mut().zip(answer.gradient.to_array()) {
+                        row[i] = partial;
+                    }
+                }
+            }
+        });
+        Ok(())
+    }
+
+    fn range(&self, at: [Interval; 3]) -> Interval {
+        let nan = at.iter().any(|side| side.nan);
+        let lo = DVec3::from_array(at.map(|side| side.lo));
+        let hi = DVec3::from_array(at.map(|side| side.hi));
+        let outside = (self.bounds.lo - hi).max(lo - self.bounds.hi).max(DVec3::ZERO);
+        let gap = outside.length() * (1.0 - ROUNDING);
+        let size = 2.0 / self.tree.frame().scale;
+        let enclosure = if lo.is_finite() && hi.is_finite() {
+            let middle = 0.5 * lo + 0.5 * hi;
+            let radius = (hi - middle).max(middle - lo).length();
+            let value = self.answer(middle, &mut Search::default()).value;
+            let margin = radius + ROUNDING * (value.abs() + radius + size);
+            Interval::new(value - margin, value + margin)
+        } else {
+            Interval::new(-4.0 * size, f64::INFINITY)
+        };
+        // Outside the bounds the value is a distance, and not less than that of the bounds.
+        let lo = if outside == DVec3::ZERO { enclosure.lo } else { enclosure.lo.max(gap) };
+        Interval { lo, nan, ..enclosure }
+    }
+
+    fn lipschitz(&self) -> f64 {
+        1.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::surface::tests::{cube, mapped};
+    use super::super::triangle::unit_normal;
+    use super::*;
+
+    /// A small generator of uniform numbers in [0, 1).
+    struct Uniform(u64);
+
+    impl Uniform {
+        fn next(&mut self) -> f64 {
+            self.0 = self
+                .0
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            (self.0 >> 11) as f64 / (1_u64 << 53) as f64
+        }
+
+        fn point(&mut self, lo: f64, hi: f64) -> DVec3 {
+            DVec3::from_array(std::array::from_fn(|_| lo + (hi - lo) * self.next()))
+        }
+    }
+
+    /// The unit sphere, from an octahedron with every face cut in four `levels` times.
+    fn sphere(levels: u32) -> Mesh {
+        let mut positions: Vec<DVec3> = DVec3::AXES.iter().flat_map(|a| [*a, -*a]).collect();
+        let mut triangles: Vec<[u32; 3]> = Vec::new();
+        for octant in 0..8_u32 {
+            let [x, y, z] = [0, 1, 2].map(|a| 2 * a + (octant >> a & 1));
+            let even = octant.count_ones() % 2 == 0;
+            triangles.push(if even { [x, y, z] } else { [x, z, y] });
+        }
+        for _ in 0..levels {
+            let mut middle = std::collections::HashMap::new();
+            let mut finer = Vec::new();
+            for [a, b, c] in triangles {
+                let [ab, bc, ca] = [[a, b], [b, c], [c, a]].map(|[p, q]| {
+                    *middle.entry([p.min(q), p.max(q)]).or_insert_with(|| {
+                        let sum = positions[p as usize] + positions[q as usize];
+                        positions.push(sum.normalize());
+                        positions.len() as u32 - 1
+                    })
+                });
+                finer.extend([[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]);
+            }
+            triangles = finer;
+        }
+        Mesh { positions: positions.iter().map(|p| p.to_array()).collect(), triangles }
+    }
+
+    fn value(field: &MeshDistance, p: DVec3) -> f64 {
+        let mut value = [0.0];
+        let at = [&[p.x][..], &[p.y], &[p.z]];
+        field.points(Queries { at, value: &mut value, gradient: None }).unwrap();
+        value[0]
+    }
+
+    fn gradient(field: &MeshDistance, p: DVec3) -> DVec3 {
+        let (mut value, [mut x, mut y, mut z]) = ([0.0], [[0.0]; 3]);
+        let at = [&[p.x][..], &[p.y], &[p.z]];
+        let gradient = Some([&mut x[..], &mut y, &mut z]);
+        field.points(Queries { at, value: &mut value, gradient }).unwrap();
+        DVec3::new(x[0], y[0], z[0])
+    }
+
+    /// The distance to the box [0, 1]^3.
+    fn to_cube(p: DVec3) -> f64 {
+        let q = (p - 0.5).abs() - 0.5;
+        q.max(DVec3::ZERO).length() + q.max_element().min(0.0)
+    }
+
+    #[test]
+    fn a_cube_has_the_closed_form() {
+        let field = mesh_distance(&cube(), "cube").unwrap();
+        let mut random = Uniform(1);
+        for _ in 0..2000 {
+            let p = random.point(-1.0, 2.0);
+            assert!((value(&field, p) - to_cube(p)).abs() < 4e-16, "{p}");
+        }
+        for p in [DVec3::ZERO, DVec3::ONE, DVec3::new(0.5, 0.5, 0.0), DVec3::new(0.5, 1.0, 0.0)] {
+            assert_eq!(value(&field, p).to_bits(), 0);
+        }
+    }
+
+    #[test]
+    fn gradients_are_unit_vectors_from_the_closest_point() {
+        let field = mesh_distance(&cube(), "cube").unwrap();
+        for (p, expected) in [
+            ([0.5, 0.5, 0.9], [0.0, 0.0, 1.0]),
+            ([0.5, 0.5, 3.0], [0.0, 0.0, 1.0]),
+            ([0.25, 0.5, 1.0], [0.0, 0.0, 1.0]),
+            ([0.1, 0.5, 0.4], [-1.0, 0.0, 0.0]),
+            ([-3.0, 0.5, -4.0], [-0.6, 0.0, -0.8]),
+        ] {
+            let found = gradient(&field, p.into());
+            assert!(found.distance(expected.into()) < 1e-15, "{p:?} {found}");
+        }
+    }
+
+    #[test]
+    fn a_tetrahedron_has_the_distance_of_its_planes_inside() {
+        let corners = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
+        let mesh = Mesh {
+            positions: corners.iter().map(|p| p.to_array()).collect(),
+            triangles: vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]],
+        };
+        let field = mesh_distance(&mesh, "tetrahedron").unwrap();
+        let mut random = Uniform(5);
+        for _ in 0..1000 {
+            let p = random.point(0.0, 0.6);
+            let oblique = (1.0 - p.element_sum()) / 3.0_f64.sqrt();
+            let inside = p.min_element().min(oblique);
+            if inside > 0.0 {
+                assert!((value(&field, p) + inside).abs() < 4e-16);
+            } else {
+                assert!(value(&field, p) >= -inside - 4e-16);
+            }
+        }
+    }
+
+    #[test]
+    fn a_sphere_of_triangles_is_a_sphere_to_second_order() {
+        let mut errors = Vec::new();
+        for levels in [3, 4, 5] {
+            let field = mesh_distance(&sphere(levels), "sphere").unwrap();
+            let mut random = Uniform(9);
+            let error = (0..500).map(|_| {
+                let p = random.point(-1.5, 1.5);
+                (value(&field, p) - (p.length() - 1.0)).abs()
+            });
+            errors.push(error.fold(0.0, f64::max));
+        }
+        // The octahedron's faces are cut unevenly: the order is reached from above.
+        for pair in errors.windows(2) {
+            assert!((3.5..4.5).contains(&(pair[0] / pair[1])), "{errors:?}");
+        }
+    }
+
+    #[test]
+    fn the_tree_gives_the_bits_of_trying_every_face() {
+        let mut random = Uniform(11);
+        let mut positions = Vec::new();
+        // Large, small, needle-shaped and flat triangles.
+        for i in 0..1200 {
+            let size = [0.5, 0.05, 1e-4, 1e-9][i % 4];
+            let a = random.point(0.0, 1.0);
+            let b = a + size * random.point(-1.0, 1.0);
+            let c = match i % 3 {
+                0 => a + size * random.point(-1.0, 1.0),
+                1 => 0.5 * (a + b),
+                _ => a.lerp(b, 0.3) + 1e-9 * random.point(-1.0, 1.0),
+            };
+            positions.extend([a, b, c].map(|p| p.to_array()));
+        }
+        let triangles = (0..1200).map(|f| [3 * f, 3 * f + 1, 3 * f + 2]).collect();
+        let mesh = Mesh { positions, triangles };
+        let field = mesh_distance(&mesh, "soup").unwrap();
+        let scale = field.tree.frame().scale;
+        let mut search = Search::default();
+        for i in 0..300 {
+            let p = random.point(-0.5, 1.5) * if i % 5 == 0 { 1e5 } else { 1.0 };
+            let mut brute = Nearest::NONE;
+            for packet in &field.packets {
+                packet.improve((p * scale).to_array(), &mut brute);
+            }
+            let found = field.nearest(p * scale, field.tree.frame().local(p), &mut search);
+            assert_eq!(found, brute);
+            let corners = field.surface.corners(found.number as usize);
+            let exact = closest(p * scale, &corners, unit_normal(corners)).offset.length() / scale;
+            assert_eq!(value(&field, p).abs(), exact);
+        }
+    }
+
+    #[test]
+    fn parts_far_from_the_origin_keep_their_precision() {
+        let shift = DVec3::new(1e7, -2e7, 4e7);
+        let field = mesh_distance(&mapped(&cube(), |p| p + shift), "far").unwrap();
+        let mut random = Uniform(2);
+        for _ in 0..500 {
+            // Rounding the coordinates is not the field's error.
+            let p = (random.point(-1.0, 2.0) + shift) - shift;
+            assert!((value(&field, p + shift) - to_cube(p)).abs() < 4e-16);
+        }
+    }
+
+    #[test]
+    fn sizes_from_tiny_to_huge_and_points_from_near_to_far_are_finite() {
+        for size in [1e-300, 1e-9, 1.0, 1e12, 1e300] {
+            let field = mesh_distance(&mapped(&cube(), |p| p * size), "sized").unwrap();
+            assert!((value(&field, DVec3::splat(0.5 * size)) / size + 0.5).abs() < 1e-15);
+            for far in [1.5, 1e6, 1e17, 1e18, 1e19, 1e30, 1e200, 1e307] {
+                let p = DVec3::new(far * size, 0.5 * size, 0.5 * size);
+                if !p.is_finite() {
+                    continue;
+                }
+                let expected = (far - 1.0) * size;
+                assert!((value(&field, p) / expected - 1.0).abs() < 1e-15, "{size} {far}");
+                assert!(gradient(&field, p).distance(DVec3::X) < 1e-15);
+            }
+        }
+        let field = mesh_distance(&cube(), "cube").unwrap();
+        assert_eq!(value(&field, DVec3::splat(f64::MAX)), f64::MAX);
+        assert_eq!(value(&field, DVec3::splat(f64::INFINITY)), f64::INFINITY);
+        assert!(value(&field, DVec3::new(f64::NAN, 0.0, 0.0)).is_nan());
+    }
+
+    #[test]
+    fn ranges_enclose_the_values() {
+        let mut random = Uniform(13);
+        for (mesh, size) in [(cube(), 1.0), (sphere(2), 1.0), (mapped(&cube(), |p| 1e-6 * p), 1e-6)]
+        {
+            let field = mesh_distance(&mesh, "any").unwrap();
+            for _ in 0..200 {
+                let middle = random.point(-1.5, 2.5) * size;
+                let half = random.point(0.0, 0.5) * size * random.next();
+                let side = |a: usize| Interval::new(middle[a] - half[a], middle[a] + half[a]);
+                let range = field.range([side(0), side(1), side(2)]);
+                for _ in 0..20 {
+                    let p = middle + half * random.point(-1.0, 1.0);
+                    let value = value(&field, p);
+                    assert!(range.contains(value), "{p} {value} {range:?}");
+                }
+                assert!(range.hi - range.lo <= 2.0 * half.length() * (1.0 + 1e-9) + 1e-12 * size);
+            }
+            let all = Interval::new(f64::NEG_INFINITY, f64::INFINITY);
+            let whole = field.range([all; 3]);
+            assert!(whole.lo < 0.0 && whole.lo.is_finite() && whole.hi == f64::INFINITY);
+            assert!(field.range([Interval::ANYTHING; 3]).nan);
+        }
+    }
+
+    #[test]
+    fn crossings_on_a_grid_line_through_a_vertex_lie_at_the_vertex() {
+        // Vertices of a marched mesh lie on grid lines: so does every vertex on three of these.
+        let mesh = mapped(&sphere(3), |p| p * 1.7);
+        let field = mesh_distance(&mesh, "sphere").unwrap();
+        for position in &mesh.positions {
+            let vertex = DVec3::from_array(*position);
+            for axis in 0..3 {
+                let slope = vertex[axis] / vertex.length();
+                if slope.abs() < 0.1 {
+                    continue;
+                }
+                let step = 1e-13 * if slope > 0.0 { 1.0 } else { -1.0 };
+                let mut moved = [vertex; 2];
+                moved[0][axis] -= step;
+                moved[1][axis] += step;
+                assert_eq!(value(&field, vertex), 0.0);
+                assert!(value(&field, moved[0]) < 0.0 && value(&field, moved[1]) > 0.0);
+            }
+        }
+    }
+}
