@@ -22,6 +22,8 @@ pub mod place;
 pub mod tables;
 
 #[cfg(test)]
+mod speed;
+#[cfg(test)]
 mod testing;
 #[cfg(test)]
 mod tests;
