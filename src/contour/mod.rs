@@ -1,1 +1,147 @@
 //! From signs to a watertight mesh: cases, placement, flat cuts, streaming assembly.
+//!
+//! [`contour`] makes the mesh of `f < 0` on a [`Grid`] by marching cubes. It promises, for every
+//! field whatsoever (zeros, NaN and infinities included):
+//!
+//! * The mesh is closed, oriented, edge-manifold and vertex-manifold, and cut flat by the grid's
+//!   outer planes ([`tables`] has the proof).
+//! * No triangle has zero area, in double precision or, unless [`needs_double`] says so, in single.
+//! * Vertices are roots of the field on grid edges to rounding ([`place`]), but within
+//!   [`grid::TAU`] of a node with several crossed edges.
+//! * The bytes handed to the sink depend on neither the number of threads nor on what the octree
+//!   settled: sparse equals dense ([`numbering`]).
+//!
+//! It does not promise features finer than a cell, nor triangles of good shape.
+
+mod assemble;
+pub mod bits;
+pub mod faces;
+pub mod grid;
+pub mod numbering;
+pub mod place;
+pub mod tables;
+
+#[cfg(test)]
+mod speed;
+#[cfg(test)]
+mod testing;
+#[cfg(test)]
+mod tests;
+
+pub use grid::{Grid, GridError, needs_double};
+
+use crate::eval::Sampler;
+use crate::expr::Failure;
+use crate::geom::Axis;
+use crate::mesh::Sink;
+use crate::num::{Cancelled, Progress};
+use crate::octree::{Pruning, subdivide};
+use std::time::{Duration, Instant};
+
+/// What the caller of [`contour`] chooses.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Settings {
+    /// Whether intervals may settle boxes.
+    pub pruning: Pruning,
+}
+
+/// What [`contour`] did.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Report {
+    /// Vertices of the mesh.
+    pub vertices: u64,
+    /// Triangles of the mesh; none when no node is inside.
+    pub triangles: u64,
+    /// Bricks in the grid.
+    pub bricks: u64,
+    /// Bricks that were sampled.
+    pub active_bricks: u64,
+    /// Samples taken.
+    pub samples: u64,
+    /// Samples at nodes that were NaN, which count as outside.
+    pub nans: u64,
+    /// Boxes that were enclosed by intervals.
+    pub boxes: u64,
+    /// Time spent.
+    pub stages: Stages,
+}
+
+/// Time spent in each stage: by the clock in `subdivide` and `total`, summed over threads
+/// elsewhere.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Stages {
+    /// Interval subdivision.
+    pub subdivide: Duration,
+    /// Sampling signs.
+    pub sample: Duration,
+    /// Counting vertices and triangles.
+    pub count: Duration,
+    /// Numbering the vertices of bricks.
+    pub number: Duration,
+    /// Placing vertices.
+    pub place: Duration,
+    /// Making triangles.
+    pub faces: Duration,
+    /// Handing pieces to the sink.
+    pub write: Duration,
+    /// Everything.
+    pub total: Duration,
+}
+
+/// Why there is no mesh.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// The sampler is bound to other tables than the grid's.
+    #[error("the field is bound to {sampler:?} nodes but the grid has {grid:?}")]
+    OtherGrid {
+        /// Lengths of the sampler's tables.
+        sampler: [usize; 3],
+        /// Lengths of the grid's tables.
+        grid: [usize; 3],
+    },
+    /// A field without a formula could not be evaluated.
+    #[error(transparent)]
+    Failure(#[from] Failure),
+    /// The caller cancelled the work.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+    /// Vertices can't be numbered with 32 bits.
+    #[error("the mesh would have {vertices} vertices, more than 2^32 - 1; give a larger spacing")]
+    TooManyVertices {
+        /// Vertices of the mesh.
+        vertices: u64,
+    },
+    /// The sink failed.
+    #[error(transparent)]
+    Sink(#[from] std::io::Error),
+}
+
+/// Makes the mesh of the field that `sampler` has bound to the tables [`Grid::sampled`].
+///
+/// # Errors
+/// [`Error`] when the field can't be evaluated, the work is cancelled, the mesh is too large or
+/// the sink fails; the sink may then have received a part of the mesh.
+pub fn contour<S: Sampler>(
+    sampler: &S,
+    grid: &Grid,
+    settings: &Settings,
+    progress: &Progress,
+    sink: &mut dyn Sink,
+) -> Result<Report, Error> {
+    let start = Instant::now();
+    let lengths = Axis::ALL.map(|axis| grid.sampled(axis).len());
+    if sampler.nodes() != lengths {
+        return Err(Error::OtherGrid { sampler: sampler.nodes(), grid: lengths });
+    }
+    let bricks = subdivide(sampler, settings.pruning)?;
+    let mut report = Report {
+        bricks: bricks.total() as u64,
+        active_bricks: bricks.active.len() as u64,
+        boxes: bricks.boxes,
+        ..Report::default()
+    };
+    report.stages.subdivide = start.elapsed();
+    assemble::assemble(sampler, grid, &bricks, progress, sink, &mut report)?;
+    report.stages.total = start.elapsed();
+    Ok(report)
+}

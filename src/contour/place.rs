@@ -1,0 +1,380 @@
+//! Where vertices lie: roots of the field on grid edges, kept off crowded nodes.
+//!
+//! A vertex is the root of the field itself on its edge, found between the two sampled signs: a
+//! linear guess, then Newton's method on value and slope, replaced by bisection where a step
+//! leaves the bracket or is longer than three quarters of the one before. Each edge is one lane with a state of
+//! its own, so its root does not depend on the edges that it is batched with. Lanes that have
+//! settled keep their result; a batch goes on with the others until none is left or
+//! [`MOST_ROUNDS`] are done.
+//!
+//! A value of zero counts as a root only where the slope is not zero: on a plateau of zeros the
+//! root is where the solid ends. A root at a node is that node's coordinate exactly.
+//!
+//! At a node with more than one crossed edge (edges to ghosts included) crossings keep
+//! [`TAU`] edge lengths from the node; a node's only crossed edge keeps its exact root, so that
+//! flat faces on nodes stay exact. Both read signs only. Why this excludes zero areas is told in
+//! [`super::tables`].
+//!
+//! Source: Press et al., Numerical Recipes, section 9.4 (`rtsafe`), with the ends of the bracket
+//! kept by sign instead of by order.
+
+use super::bits::{Rows, SIDE, Spans};
+use super::grid::TAU;
+use super::numbering::{Bits, Block};
+use crate::eval::{BRICK, End, Sampler};
+use crate::expr::Failure;
+use crate::geom::Axis;
+use pulp::Arch;
+
+/// Most edges in a batch of a sampler.
+const BATCH: usize = 256;
+
+/// Step, in edge lengths, below which a root is settled once the step is taken.
+const TOLERANCE: f64 = 1e-13;
+
+/// Step, in edge lengths, below which a Newton step that does not shrink is taken as rounding of
+/// the field, not as a failure to converge.
+const STAGNATION: f64 = 1e-11;
+
+/// Coordinates are known to this fraction of the largest of them.
+const ROUNDING: f64 = 4.0 * f64::EPSILON;
+
+/// Most evaluations of an edge: bisection alone needs 52 for any edge, and no more than half of the
+/// steps of an edge that resists are those of Newton's method.
+const MOST_ROUNDS: usize = 110;
+
+/// Coordinates of a brick's nodes along each axis, the first of the next brick included.
+#[derive(Clone, Copy, Debug)]
+pub struct BrickLines<'a> {
+    /// Where vertices are placed.
+    pub placed: [&'a [f64]; 3],
+    /// Where the field is sampled.
+    pub sampled: [&'a [f64]; 3],
+    /// Largest magnitude of a coordinate of the grid.
+    pub extent: f64,
+}
+
+/// A vertex that may be too close to a node.
+#[derive(Clone, Copy, Debug)]
+struct Near {
+    vertex: usize,
+    axis: Axis,
+    node: u16,
+}
+
+/// Scratch memory for the vertices of a brick.
+#[derive(Debug)]
+pub struct Placer {
+    edges: Box<[u16; BRICK * BRICK * BRICK]>,
+    near: Vec<Near>,
+    lanes: Box<Lanes>,
+}
+
+impl Default for Placer {
+    fn default() -> Self {
+        Self {
+            edges: Box::new([0; BRICK * BRICK * BRICK]),
+            near: Vec::new(),
+            lanes: Box::default(),
+        }
+    }
+}
+
+impl Placer {
+    /// Appends the crossings of a brick to `out`, in the order of their numbers.
+    ///
+    /// # Errors
+    /// [`Failure`] of an oracle.
+    #[expect(clippy::too_many_arguments, reason = "one call site")]
+    pub fn crossings<S: Sampler>(
+        &mut self,
+        arch: Arch,
+        sampler: &S,
+        workspace: &mut S::Workspace,
+        brick: [u32; 3],
+        activity: &[u64],
+        block: &Block,
+        spans: &Spans,
+        lines: &BrickLines<'_>,
+        out: &mut Vec<[f64; 3]>,
+    ) -> Result<(), Failure> {
+        self.near.clear();
+        for axis in Axis::ALL {
+            let edges = &mut *self.edges;
+            let count = arch.dispatch(|| list(&block.rows, spans, axis, edges));
+            for batch in edges[..count].chunks(BATCH) {
+                let a = axis.index();
+                let table = lines.sampled[a];
+                let mut ask = Query { sampler, workspace, brick, activity, axis };
+                let roots = self.lanes.solve(arch, &mut ask, batch, table, lines.extent)?;
+                for (node, root) in batch.iter().zip(roots) {
+                    let at = position(*node);
+                    let mut point = [0, 1, 2].map(|a| lines.placed[a][at[a]]);
+                    let ends = [lines.placed[a][at[a]], lines.placed[a][at[a] + 1]];
+                    let margin = TAU * (ends[1] - ends[0]);
+                    if *root < ends[0] + margin || *root > ends[1] - margin {
+                        self.near.push(Near { vertex: out.len(), axis, node: *node });
+                    }
+                    point[a] = *root;
+                    out.push(point);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether [`keep_off`](Self::keep_off) has anything to do for the last brick.
+    #[must_use]
+    pub fn any_near(&self) -> bool {
+        !self.near.is_empty()
+    }
+
+    /// Moves the last brick's crossings off crowded nodes.
+    pub fn keep_off(&self, crowded: &Rows, lines: &BrickLines<'_>, out: &mut [[f64; 3]]) {
+        for &Near { vertex, axis, node } in &self.near {
+            let a = axis.index();
+            let [x, y, z] = position(node);
+            let mut upper = [x, y, z];
+            upper[a] += 1;
+            let is_crowded = |[x, y, z]: [usize; 3]| crowded[z][y] >> x & 1 == 1;
+            let ends = [lines.placed[a][[x, y, z][a]], lines.placed[a][upper[a]]];
+            let margin = TAU * (ends[1] - ends[0]);
+            let at = &mut out[vertex][a];
+            if is_crowded([x, y, z]) {
+                *at = at.max(ends[0] + margin);
+            }
+            if is_crowded(upper) {
+                *at = at.min(ends[1] - margin);
+            }
+        }
+    }
+}
+
+/// Position along each axis of a node in its brick.
+fn position(node: u16) -> [usize; 3] {
+    [node % 16, node / 16 % 16, node / 256].map(usize::from)
+}
+
+/// Writes the lower nodes of a brick's crossed edges along `axis` and returns how many they are.
+#[inline(always)]
+fn list(rows: &Rows, spans: &Spans, axis: Axis, edges: &mut [u16; BRICK * BRICK * BRICK]) -> usize {
+    let mut count = 0;
+    for z in 0..BRICK {
+        for y in 0..BRICK {
+            let word = match axis {
+                Axis::X => spans.along_x(rows, z, y),
+                Axis::Y => spans.along_y(rows, z, y),
+                Axis::Z => spans.along_z(rows, z, y),
+            };
+            for x in Bits(word) {
+                edges[count & (BRICK * BRICK * BRICK - 1)] = (z * 256 + y * 16 + x) as u16;
+                count += 1;
+            }
+        }
+    }
+    count
+}
+
+/// Appends the inside nodes of outer planes that a brick owns.
+pub fn planes(block: &Block, spans: &Spans, lines: &BrickLines<'_>, out: &mut Vec<[f64; 3]>) {
+    for z in 0..BRICK {
+        for y in 0..BRICK {
+            for x in Bits(spans.planes(&block.rows, z, y)) {
+                out.push([lines.placed[0][x], lines.placed[1][y], lines.placed[2][z]]);
+            }
+        }
+    }
+}
+
+/// Edges of one brick and axis, asked of a sampler.
+struct Query<'a, S: Sampler> {
+    sampler: &'a S,
+    workspace: &'a mut S::Workspace,
+    brick: [u32; 3],
+    activity: &'a [u64],
+    axis: Axis,
+}
+
+impl<S: Sampler> Query<'_, S> {
+    fn begin(&mut self, nodes: &[u16]) -> Result<(), Failure> {
+        let Self { sampler, workspace, brick, activity, axis } = self;
+        sampler.line_begin(workspace, *axis, *brick, nodes, activity)
+    }
+}
+
+/// A batch of edges on the way to their roots, one entry an edge.
+#[derive(Debug)]
+struct Lanes {
+    /// The edges, and their places in the result.
+    nodes: [u16; BATCH],
+    place: [u16; BATCH],
+    /// Ends of the bracket: where the field is below zero, and where it is not.
+    inner: [f64; BATCH],
+    outer: [f64; BATCH],
+    /// Where to evaluate next; the root of a settled lane.
+    at: [f64; BATCH],
+    /// Length of the last step.
+    step: [f64; BATCH],
+    length: [f64; BATCH],
+    /// All ones until the lane is settled, then zero.
+    open: [u64; BATCH],
+    value: [f64; BATCH],
+    slope: [f64; BATCH],
+    roots: [f64; BATCH],
+}
+
+impl Default for Lanes {
+    fn default() -> Self {
+        let zero = [0.0; BATCH];
+        Self {
+            nodes: [0; BATCH],
+            place: [0; BATCH],
+            inner: zero,
+            outer: zero,
+            at: zero,
+            step: zero,
+            length: zero,
+            open: [0; BATCH],
+            value: zero,
+            slope: zero,
+            roots: zero,
+        }
+    }
+}
+
+impl Lanes {
+    /// Roots on the edges from `nodes`, at most [`BATCH`], between the coordinates in `table`.
+    fn solve<S: Sampler>(
+        &mut self,
+        arch: Arch,
+        ask: &mut Query<'_, S>,
+        nodes: &[u16],
+        table: &[f64],
+        extent: f64,
+    ) -> Result<&[f64], Failure> {
+        let mut n = nodes.len();
+        self.nodes[..n].copy_from_slice(nodes);
+        for (lane, place) in self.place[..n].iter_mut().enumerate() {
+            *place = lane as u16;
+        }
+        ask.begin(nodes)?;
+        let Query { sampler, workspace, .. } = ask;
+        sampler.line_ends(workspace, End::Lower, &mut self.value[..n])?;
+        sampler.line_ends(workspace, End::Upper, &mut self.slope[..n])?;
+        for (lane, node) in nodes.iter().enumerate() {
+            let i = position(*node)[ask.axis.index()];
+            (self.inner[lane], self.outer[lane]) = (table[i], table[i + 1]);
+        }
+        arch.dispatch(|| self.start(n));
+        for _ in 0..MOST_ROUNDS {
+            let Query { sampler, workspace, .. } = ask;
+            let (value, slope) = (&mut self.value[..n], &mut self.slope[..n]);
+            sampler.line(workspace, &self.at[..n], value, slope)?;
+            let open = arch.dispatch(|| self.advance(n, ROUNDING * extent));
+            if open == 0 {
+                break;
+            }
+            if 2 * open < n {
+                n = self.compact(n);
+                ask.begin(&self.nodes[..n])?;
+            }
+        }
+        for lane in 0..n {
+            self.roots[usize::from(self.place[lane])] = self.at[lane];
+        }
+        Ok(&self.roots[..nodes.len()])
+    }
+
+    /// Sets the brackets and the linear guesses; `inner` and `outer` hold the lower and upper ends,
+    /// `value` and `slope` their values.
+    #[inline(always)]
+    fn start(&mut self, n: usize) {
+        for lane in 0..n.min(BATCH) {
+            let (lower, upper) = (self.inner[lane], self.outer[lane]);
+            let (below, above) = (self.value[lane], self.slope[lane]);
+            let rising = below < 0.0;
+            let (inner, outer) = if rising { (lower, upper) } else { (upper, lower) };
+            let (least, most) = if rising { (below, above) } else { (above, below) };
+            let guess = inner + (outer - inner) * (least / (least - most));
+            let middle = 0.5 * (inner + outer);
+            let within = (guess > lower) & (guess < upper);
+            let guess = if within { guess } else { middle };
+            self.inner[lane] = inner;
+            self.outer[lane] = outer;
+            self.at[lane] = if most == 0.0 { outer } else { guess };
+            self.step[lane] = upper - lower;
+            self.length[lane] = upper - lower;
+            self.open[lane] = u64::MAX;
+        }
+    }
+
+    /// Takes a step in each open lane and returns how many lanes stay open.
+    #[inline(always)]
+    fn advance(&mut self, n: usize, rounding: f64) -> usize {
+        let mut still = 0;
+        for lane in 0..n.min(BATCH) {
+            let (at, value) = (self.at[lane], self.value[lane]);
+            let inside = value < 0.0;
+            let inner = if inside { at } else { self.inner[lane] };
+            let outer = if inside { self.outer[lane] } else { at };
+            let length = self.length[lane];
+            let tolerance =
+                if TOLERANCE * length > rounding { TOLERANCE * length } else { rounding };
+
+            // An infinite slope makes a step of zero, which would be taken for a root.
+            let step = if self.slope[lane].abs() < f64::INFINITY {
+                value / self.slope[lane]
+            } else {
+                f64::NAN
+            };
+            let newton = at - step;
+            let size = step.abs();
+            let within = (newton - inner) * (newton - outer) <= 0.0;
+            let shrinks = size <= 0.75 * self.step[lane];
+            let stagnates = size <= STAGNATION * length;
+            let take = within & (shrinks | stagnates);
+            let width = (outer - inner).abs();
+            let converged = take & ((size <= tolerance) | !shrinks);
+            let narrow = width <= tolerance;
+
+            let next = if take { newton } else { 0.5 * (inner + outer) };
+            let next = if narrow & !converged { outer } else { next };
+            let open = self.open[lane] != 0;
+            self.inner[lane] = inner;
+            self.outer[lane] = outer;
+            self.step[lane] = if take { size } else { 0.5 * width };
+            self.at[lane] = if open { next } else { at };
+            let stays = open & !(converged | narrow);
+            self.open[lane] = if stays { u64::MAX } else { 0 };
+            still += usize::from(stays);
+        }
+        still
+    }
+
+    /// Delivers the settled lanes and moves the open ones together; returns how many are open.
+    fn compact(&mut self, n: usize) -> usize {
+        let mut kept = 0;
+        for lane in 0..n {
+            if self.open[lane] == 0 {
+                self.roots[usize::from(self.place[lane])] = self.at[lane];
+                continue;
+            }
+            self.nodes[kept] = self.nodes[lane];
+            self.place[kept] = self.place[lane];
+            self.inner[kept] = self.inner[lane];
+            self.outer[kept] = self.outer[lane];
+            self.at[kept] = self.at[lane];
+            self.step[kept] = self.step[lane];
+            self.length[kept] = self.length[lane];
+            self.open[kept] = u64::MAX;
+            kept += 1;
+        }
+        kept
+    }
+}
+
+/// Cuts a padded table to the nodes of a brick's cells.
+pub fn brick_line(table: &[f64], brick: u32) -> &[f64] {
+    let from = brick as usize * BRICK;
+    &table[from..from + SIDE]
+}

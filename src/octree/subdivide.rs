@@ -1,0 +1,234 @@
+//! From one box around the grid down to bricks, level by level.
+//!
+//! A box that an interval proves inside or outside is settled with all its bricks; any other is
+//! cut in eight, which are enclosed by one call and inherit its activity. A box that may hold NaN
+//! is never settled, so that NaNs can be counted where they are.
+
+use super::activity::{Activities, ActivityId};
+use super::pool::Pool;
+use super::ranked::RankedBits;
+use crate::eval::{BRICK, NodeBox, Sampler};
+use crate::expr::Failure;
+use crate::num::Interval;
+use rayon::prelude::*;
+
+/// Boxes that one task cuts: enough to share a table of activities, few enough to balance.
+const CHUNK: usize = 64;
+
+/// Whether intervals may settle boxes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Pruning {
+    /// Boxes are settled by intervals.
+    #[default]
+    Intervals,
+    /// Every brick is sampled with every region active: the reference that pruning must equal.
+    None,
+}
+
+/// What is known of the bricks of a grid.
+///
+/// Bricks are numbered `x + nx (y + ny z)`.
+#[derive(Clone, Debug)]
+pub struct Bricks {
+    /// Number of bricks along each axis.
+    pub counts: [u32; 3],
+    /// Bricks that intervals do not settle.
+    pub active: RankedBits,
+    /// Bricks proved inside, closed box and all.
+    pub inside: Vec<u64>,
+    /// Activity rows.
+    pub activities: Activities,
+    /// Number of boxes that were enclosed.
+    pub boxes: u64,
+    /// Activity of the active bricks in order; the top bit is set where NaN is possible.
+    marks: Vec<u32>,
+}
+
+impl Bricks {
+    /// Number of bricks.
+    #[must_use]
+    pub fn total(&self) -> usize {
+        self.counts.iter().map(|&n| n as usize).product()
+    }
+
+    /// Activity of the active brick of rank `rank`.
+    #[must_use]
+    pub fn activity(&self, rank: usize) -> ActivityId {
+        ActivityId::new(self.marks[rank] & !NAN)
+    }
+
+    /// Whether samples of the active brick of rank `rank` may be NaN.
+    #[must_use]
+    pub fn may_be_nan(&self, rank: usize) -> bool {
+        self.marks[rank] & NAN != 0
+    }
+
+    /// Position of the brick of that number along each axis.
+    #[must_use]
+    pub fn position(&self, number: usize) -> [u32; 3] {
+        let [nx, ny, _] = self.counts.map(|n| n as usize);
+        [(number % nx) as u32, (number / nx % ny) as u32, (number / nx / ny) as u32]
+    }
+}
+
+/// The bit of a mark that says NaN is possible.
+const NAN: u32 = 1 << 31;
+
+/// A box that is not settled.
+#[derive(Clone, Copy, Debug)]
+struct Open {
+    index: [u32; 3],
+    activity: ActivityId,
+    nan: bool,
+}
+
+/// What a task found out about the children of its boxes.
+struct Found {
+    open: Vec<Open>,
+    inside: Vec<[u32; 3]>,
+    activities: Activities,
+    boxes: u64,
+}
+
+/// Scratch memory of a task.
+struct Scratch<W> {
+    workspace: W,
+    activity: Vec<u64>,
+    boxes: Vec<NodeBox>,
+    ranges: [Interval; 8],
+}
+
+impl<W> Scratch<W> {
+    fn new<S: Sampler<Workspace = W>>(sampler: &S) -> Self {
+        Self {
+            workspace: sampler.workspace(),
+            activity: vec![0; 8 * sampler.activity_words()],
+            boxes: Vec::with_capacity(8),
+            ranges: [Interval::ANYTHING; 8],
+        }
+    }
+}
+
+/// Classifies the bricks of the sampler's grid.
+///
+/// # Errors
+/// [`Failure`] of an oracle.
+pub fn subdivide<S: Sampler>(sampler: &S, pruning: Pruning) -> Result<Bricks, Failure> {
+    let counts = sampler.nodes().map(|n| ((n - 1) / BRICK) as u32);
+    let total: usize = counts.iter().map(|&n| n as usize).product();
+    let mut activities = Activities::new(sampler.activity_words());
+    let mut inside = vec![0; total.div_ceil(64)];
+    if pruning == Pruning::None {
+        let words = (0..total.div_ceil(64)).map(|w| match total - 64 * w {
+            rest @ 0..64 => (1 << rest) - 1,
+            _ => u64::MAX,
+        });
+        let active = RankedBits::new(words.collect());
+        let marks = vec![NAN | ActivityId::ALL.index() as u32; total];
+        return Ok(Bricks { counts, active, inside, activities, boxes: 0, marks });
+    }
+
+    let top = counts.iter().map(|n| n.next_power_of_two().trailing_zeros()).max().unwrap_or(0);
+    let pool = Pool::default();
+    let mut boxes = 0;
+    // A box above the top stands for the whole, so that the first call has one box.
+    let mut open = vec![Open { index: [0; 3], activity: ActivityId::ALL, nan: false }];
+    for level in (0..=top as u8).rev() {
+        let found = open
+            .par_chunks(CHUNK)
+            .map(|parents| {
+                let make = || Scratch::new(sampler);
+                pool.lend(make, |scratch| {
+                    cut(sampler, scratch, parents, level, counts, &activities)
+                })
+            })
+            .collect::<Result<Vec<_>, _>>()?;
+        open = Vec::with_capacity(found.iter().map(|f| f.open.len()).sum());
+        for part in found {
+            let renamed = activities.absorb(part.activities);
+            open.extend(
+                part.open.iter().map(|o| Open { activity: renamed[o.activity.index()], ..*o }),
+            );
+            for index in part.inside {
+                fill(&mut inside, counts, level, index);
+            }
+            boxes += part.boxes;
+        }
+    }
+
+    let number = |index: [u32; 3]| {
+        let [x, y, z] = index.map(|i| i as usize);
+        x + counts[0] as usize * (y + counts[1] as usize * z)
+    };
+    let mut words = vec![0u64; total.div_ceil(64)];
+    for o in &open {
+        let n = number(o.index);
+        words[n / 64] |= 1 << (n % 64);
+    }
+    let active = RankedBits::new(words);
+    let mut marks = vec![0; active.len()];
+    for o in &open {
+        if let Some(rank) = active.rank(number(o.index)) {
+            marks[rank] = o.activity.index() as u32 | if o.nan { NAN } else { 0 };
+        }
+    }
+    Ok(Bricks { counts, active, inside, activities, boxes, marks })
+}
+
+/// Encloses the children of `parents`, which are boxes of `level`.
+fn cut<S: Sampler>(
+    sampler: &S,
+    scratch: &mut Scratch<S::Workspace>,
+    parents: &[Open],
+    level: u8,
+    counts: [u32; 3],
+    activities: &Activities,
+) -> Result<Found, Failure> {
+    let words = activities.words();
+    let Scratch { workspace, activity, boxes, ranges } = scratch;
+    let mut found = Found {
+        open: Vec::new(),
+        inside: Vec::new(),
+        activities: Activities::new(words),
+        boxes: 0,
+    };
+    for parent in parents {
+        boxes.clear();
+        boxes.extend((0..8u32).filter_map(|octant| {
+            let index = [0, 1, 2].map(|a| 2 * parent.index[a] + (octant >> a & 1));
+            let starts_in_grid = (0..3).all(|a| index[a] << level < counts[a]);
+            starts_in_grid.then_some(NodeBox { level, index })
+        }));
+        let n = boxes.len();
+        for b in 0..n {
+            activities.expand(parent.activity, &mut activity[b * words..(b + 1) * words]);
+        }
+        sampler.ranges(workspace, boxes, &mut activity[..n * words], &mut ranges[..n])?;
+        found.boxes += n as u64;
+        for (b, (node, range)) in boxes.iter().zip(&*ranges).enumerate() {
+            if range.is_inside() {
+                found.inside.push(node.index);
+            } else if range.nan || !range.is_outside() {
+                let activity = found.activities.insert(&activity[b * words..(b + 1) * words]);
+                found.open.push(Open { index: node.index, activity, nan: range.nan });
+            }
+        }
+    }
+    Ok(found)
+}
+
+/// Sets the bits of all bricks of a box.
+fn fill(bits: &mut [u64], counts: [u32; 3], level: u8, index: [u32; 3]) {
+    let span = |a: usize| {
+        let from = (index[a] as usize) << level;
+        from..(from + (1 << level)).min(counts[a] as usize)
+    };
+    for z in span(2) {
+        for y in span(1) {
+            let row = counts[0] as usize * (y + counts[1] as usize * z);
+            for n in span(0).start + row..span(0).end + row {
+                bits[n / 64] |= 1 << (n % 64);
+            }
+        }
+    }
+}
