@@ -94,3 +94,6 @@ impl Solid {
         self.steps.push(Step { rule, span: Span::NOWHERE });
     }
 }
+
+#[cfg(test)]
+pub(crate) mod walk;
