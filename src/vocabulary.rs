@@ -1,1 +1,326 @@
-//! The one table of words.
+//! The one table of words: what each is called, takes, does and comes from.
+//!
+//! The parser, `alveole list`, `--help`, the completions and the reference in the README all read
+//! it. A word is declared here and nowhere else; the periodic surfaces are rows of
+//! [`tpms::CATALOGUE`], from which this table takes them.
+//!
+//! Offsets (`dilate`, `erode`, `shell`) are in units of the field. What a field is, [`Exactness`]
+//! says: only for distances is an offset a length.
+
+use crate::cellular::tpms;
+use crate::expr::Graph;
+use crate::lang::word::MakeShape;
+use crate::lang::{Action, Argument, Arguments, Domain, Shape, Vocabulary, Word};
+use crate::solid::{Solid, primitives};
+use rustc_hash::FxHashMap;
+use std::sync::LazyLock;
+
+/// What the values of a shape's field are, away from its surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Exactness {
+    /// The signed distance to the surface, in model units.
+    Distance,
+    /// At most the distance in size: right in sign, too small away from the surface.
+    Bound,
+    /// Only the sign is right; offsets are differences of level.
+    LevelSet,
+}
+
+/// A row of the table.
+pub struct Row {
+    /// The word.
+    pub name: &'static str,
+    /// Other spellings, in lower case.
+    pub aliases: &'static [&'static str],
+    /// What it does, with its constructor.
+    pub kind: Kind,
+    /// Numbers that follow it.
+    pub arguments: &'static [Argument],
+    /// What it is or does: one line, lower case, no full stop.
+    pub help: &'static str,
+    /// Where it is defined.
+    pub source: &'static str,
+}
+
+/// What a word does, with its constructor.
+pub enum Kind {
+    /// Makes a solid.
+    Shape {
+        /// What its field is.
+        exactness: Exactness,
+        /// The formula of a periodic surface, as an equation; see [`tpms::Surface::formula`].
+        formula: Option<&'static str>,
+        /// Makes it.
+        make: Box<MakeShape>,
+    },
+    /// Changes a solid.
+    Unary(fn(&mut Graph, Solid, &Arguments) -> Solid),
+    /// Combines two solids.
+    Binary(fn(&mut Graph, Solid, Solid) -> Solid),
+}
+
+/// The table as the language reads it.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Words;
+
+impl Vocabulary for Words {
+    fn word(&self, spelling: &str) -> Option<Word<'_>> {
+        let row = &TABLE.rows[*TABLE.places.get(spelling)?];
+        let action = match &row.kind {
+            Kind::Shape { make, .. } => Action::Shape(make.as_ref()),
+            Kind::Unary(apply) => Action::Unary(*apply),
+            Kind::Binary(apply) => Action::Binary(*apply),
+        };
+        Some(Word { name: row.name, arguments: row.arguments, action })
+    }
+
+    fn spellings(&self) -> Vec<&str> {
+        rows().iter().flat_map(Row::spellings).collect()
+    }
+}
+
+impl Row {
+    /// The name and the aliases.
+    pub fn spellings(&self) -> impl Iterator<Item = &'static str> {
+        std::iter::once(self.name).chain(self.aliases.iter().copied())
+    }
+}
+
+/// Every word: shapes, periodic surfaces, operations.
+#[must_use]
+pub fn rows() -> &'static [Row] {
+    &TABLE.rows
+}
+
+/// The row of a word or alias, in lower case.
+#[must_use]
+pub fn row(spelling: &str) -> Option<&'static Row> {
+    TABLE.places.get(spelling).map(|place| &TABLE.rows[*place])
+}
+
+struct Table {
+    rows: Vec<Row>,
+    places: FxHashMap<&'static str, usize>,
+}
+
+static TABLE: LazyLock<Table> = LazyLock::new(|| {
+    let mut rows = shapes();
+    rows.extend(tpms::CATALOGUE.iter().map(surface));
+    rows.extend(operations());
+    let spellings = |(place, row): (usize, &Row)| {
+        row.spellings().map(|spelling| (spelling, place)).collect::<Vec<_>>()
+    };
+    let places = rows.iter().enumerate().flat_map(spellings).collect();
+    Table { rows, places }
+});
+
+const PAPER: &str = "Cesogen paper, section 3.2";
+const PLANE_GEOMETRY: &str = "closed form";
+
+fn shapes() -> Vec<Row> {
+    use Exactness::{Bound, Distance};
+    vec![
+        shape("sphere", &["ball"], Distance, &[], |graph, _| primitives::sphere(graph))
+            .help("the ball of radius 1 around the origin", PAPER),
+        shape("cylinder", &[], Distance, &[], |graph, _| primitives::cylinder(graph))
+            .help("the cylinder of radius 1 about the z axis, unbounded along it", PAPER),
+        shape("box", &["cube"], Distance, &[], |graph, _| primitives::cube(graph))
+            .help("the cube [-1, 1]^3", PAPER),
+        shape("rounded-box", &["rounded-cube"], Distance, ROUNDED_BOX, |graph, given| {
+            primitives::rounded_cube(graph, given.number(0))
+        })
+        .help("the cube [-1, 1]^3 with rounded edges and corners", PLANE_GEOMETRY),
+        shape("torus", &[], Distance, TORUS, |graph, given| {
+            primitives::torus(graph, given.number(0), given.number(1))
+        })
+        .help("the torus about the z axis", PLANE_GEOMETRY),
+        shape("cone", &[], Distance, CONE, |graph, given| {
+            primitives::cone(graph, given.number(0), given.number(1))
+        })
+        .help("the cone about the z axis, its tip up, centred in height", PLANE_GEOMETRY),
+        shape("capsule", &[], Distance, CAPSULE, |graph, given| {
+            primitives::capsule(graph, given.number(0), given.number(1))
+        })
+        .help("a cylinder along the z axis with round ends", PLANE_GEOMETRY),
+        shape("plane", &["half-space"], Distance, PLANE, |graph, given| {
+            primitives::half_space(graph, given.vector(0), given.number(1))
+        })
+        .help("the half space below a plane, unbounded", PLANE_GEOMETRY),
+        shape("ellipsoid", &[], Bound, ELLIPSOID, |graph, given| {
+            primitives::ellipsoid(graph, given.vector(0))
+        })
+        .help("the ellipsoid around the origin", PLANE_GEOMETRY),
+        shape("octahedron", &[], Distance, OCTAHEDRON, |graph, given| {
+            primitives::octahedron(graph, given.number(0))
+        })
+        .help(
+            "the octahedron around the origin, its tips on the axes",
+            "Quilez, Distance functions",
+        ),
+    ]
+}
+
+fn surface(surface: &'static tpms::Surface) -> Row {
+    let tpms::Surface { name, aliases, help, formula, .. } = *surface;
+    Row {
+        name,
+        aliases,
+        kind: Kind::Shape {
+            exactness: Exactness::LevelSet,
+            formula: Some(formula),
+            make: Box::new(|graph, _| surface.solid(graph)),
+        },
+        arguments: &[],
+        help,
+        source: "Cesogen paper, Table 1",
+    }
+}
+
+fn operations() -> Vec<Row> {
+    vec![
+        unary("complement", &[], &[], |graph, a, _| a.complement(graph))
+            .help("what is outside: -f; unbounded", PAPER),
+        unary("dilate", &[], DILATE, |graph, a, given| a.dilate(graph, given.number(0)))
+            .help("grows the last shape only: f - offset", "Cesogen paper, equation 3"),
+        unary("erode", &[], ERODE, |graph, a, given| a.erode(graph, given.number(0)))
+            .help("shrinks the last shape only: f + offset", "Cesogen paper, equation 4"),
+        unary("shell", &[], SHELL, |graph, a, given| a.shell(graph, given.number(0))).help(
+            "a wall on both sides of the surface: |f| - thickness/2",
+            "Cesogen paper, equation 5",
+        ),
+        unary("translate", &["move"], TRANSLATE, |graph, a, given| {
+            a.translate(graph, given.vector(0))
+        })
+        .help("moves the last shape", "Cesogen paper, equation 6"),
+        unary("scale", &[], SCALE, |graph, a, given| a.scale(graph, given.vector(0))).help(
+            "scales the last shape and its levels; a negative factor mirrors",
+            "Cesogen paper, equation 7",
+        ),
+        unary("rotate", &[], ROTATE, |graph, a, given| {
+            a.rotate(graph, given.number(0), given.vector(1))
+        })
+        .help(
+            "turns the last shape: `rotate pi/2 0,0,1` carries (1,0,0) to (0,-1,0)",
+            "Cesogen paper, equation 8",
+        ),
+        binary("union", &[], |graph, a, b| a.union(graph, b)).help(
+            "what is in either of the last two shapes: min(f, g)",
+            "Cesogen paper, equation 9",
+        ),
+        binary("intersection", &["intersect"], |graph, a, b| a.intersection(graph, b)).help(
+            "what is in both of the last two shapes: max(f, g)",
+            "Cesogen paper, equation 10",
+        ),
+        binary("difference", &["subtract"], |graph, a, b| a.difference(graph, b)).help(
+            "the shape before the last without the last: max(f, -g)",
+            "Cesogen paper, equation 11",
+        ),
+    ]
+}
+
+const ROUNDED_BOX: &[Argument] =
+    &[number("radius", Domain::Fraction, Some("0.25"), "radius of the edges")];
+const TORUS: &[Argument] = &[
+    number("major", Domain::Positive, Some("0.75"), "radius of the middle of the tube"),
+    number("minor", Domain::Positive, Some("0.25"), "radius of the tube"),
+];
+const CONE: &[Argument] = &[
+    number("radius", Domain::Positive, Some("1"), "radius of the base"),
+    number("height", Domain::Positive, Some("2"), "distance from base to tip"),
+];
+const CAPSULE: &[Argument] = &[
+    number("radius", Domain::Positive, Some("0.5"), "radius of the ends"),
+    number("length", Domain::NotNegative, Some("1"), "distance between the centres of the ends"),
+];
+const PLANE: &[Argument] = &[
+    Argument {
+        name: "normal",
+        shape: Shape::Vector,
+        domain: Domain::SomeNonzero,
+        default: Some("0,0,1"),
+        meaning: "outward direction",
+    },
+    number("offset", Domain::Any, Some("0"), "distance from the origin along the normal"),
+];
+const ELLIPSOID: &[Argument] = &[Argument {
+    name: "radii",
+    shape: Shape::Vector,
+    domain: Domain::Positive,
+    default: Some("1,0.75,0.5"),
+    meaning: "semi-axes",
+}];
+const OCTAHEDRON: &[Argument] =
+    &[number("radius", Domain::Positive, Some("1"), "distance of the tips from the origin")];
+const DILATE: &[Argument] = &[number("offset", Domain::Any, None, "growth in units of the field")];
+const ERODE: &[Argument] =
+    &[number("offset", Domain::Any, None, "shrinkage in units of the field")];
+const SHELL: &[Argument] =
+    &[number("thickness", Domain::NotNegative, None, "full thickness in units of the field")];
+const TRANSLATE: &[Argument] = &[Argument {
+    name: "offset",
+    shape: Shape::Vector,
+    domain: Domain::Any,
+    default: None,
+    meaning: "displacement",
+}];
+const SCALE: &[Argument] = &[Argument {
+    name: "factor",
+    shape: Shape::Factor,
+    domain: Domain::EachNonzero,
+    default: None,
+    meaning: "factor along all axes or along each",
+}];
+const ROTATE: &[Argument] = &[
+    number("angle", Domain::Any, None, "angle in radians"),
+    Argument {
+        name: "axis",
+        shape: Shape::Vector,
+        domain: Domain::SomeNonzero,
+        default: None,
+        meaning: "axis of rotation, of any length",
+    },
+];
+
+const fn number(
+    name: &'static str,
+    domain: Domain,
+    default: Option<&'static str>,
+    meaning: &'static str,
+) -> Argument {
+    Argument { name, shape: Shape::Number, domain, default, meaning }
+}
+
+fn shape(
+    name: &'static str,
+    aliases: &'static [&'static str],
+    exactness: Exactness,
+    arguments: &'static [Argument],
+    make: fn(&mut Graph, &Arguments) -> Solid,
+) -> Row {
+    let kind = Kind::Shape { exactness, formula: None, make: Box::new(make) };
+    Row { name, aliases, kind, arguments, help: "", source: "" }
+}
+
+fn unary(
+    name: &'static str,
+    aliases: &'static [&'static str],
+    arguments: &'static [Argument],
+    apply: fn(&mut Graph, Solid, &Arguments) -> Solid,
+) -> Row {
+    Row { name, aliases, kind: Kind::Unary(apply), arguments, help: "", source: "" }
+}
+
+fn binary(
+    name: &'static str,
+    aliases: &'static [&'static str],
+    apply: fn(&mut Graph, Solid, Solid) -> Solid,
+) -> Row {
+    Row { name, aliases, kind: Kind::Binary(apply), arguments: &[], help: "", source: "" }
+}
+
+impl Row {
+    /// The row with its help and source.
+    fn help(self, help: &'static str, source: &'static str) -> Self {
+        Self { help, source, ..self }
+    }
+}

@@ -1,1 +1,3 @@
 //! Cellular solids: the catalogue of triply periodic surfaces.
+
+pub mod tpms;

@@ -1,1 +1,99 @@
-//! A field with its bounds, growth and origin; primitives; set, offset and motion operations.
+//! Solids: a field with the box that holds it, and the operations that make solids from solids.
+//!
+//! A solid is {f < 0} for a field f of one [`Graph`]. With the field goes its [`Extent`]: the box,
+//! how fast it grows under dilation, the slope and the period, all functions of the parameters.
+//! Operations consume solids and add nodes to the graph; they cannot fail. Numbers that make no
+//! sense (a scale of zero) are refused where they are read, and where a parameter takes one later,
+//! by [`Solid::finite_bounds`].
+//!
+//! Source: the operations are equations 2 to 11 of the Cesogen paper; names follow it.
+
+pub mod extent;
+pub mod motions;
+pub mod offsets;
+pub mod primitives;
+pub mod sets;
+pub mod span;
+pub mod values;
+
+pub use extent::{BoundsFault, Extent};
+pub use span::Span;
+pub use values::Values;
+
+use crate::expr::{Graph, NodeId};
+use crate::geom::{Aabb, Axis};
+use extent::{Leaf, Rule, Step};
+
+/// A field with its extent and origin.
+#[derive(Clone, Debug)]
+pub struct Solid {
+    /// The field, negative inside.
+    pub field: NodeId,
+    /// The walls that [`shell`](Solid::shell) made, as they now lie.
+    pub walls: Vec<Wall>,
+    steps: Vec<Step>,
+}
+
+/// A wall around a level surface: {|f| < half thickness}.
+///
+/// Where |grad f| = s it is about `2 * half_thickness / s` thick, which a grid may miss.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Wall {
+    /// The field whose zero is the middle of the wall.
+    pub field: NodeId,
+    /// Half the thickness, in units of the field.
+    pub half_thickness: NodeId,
+    /// The text of the operation.
+    pub span: Span,
+}
+
+impl Solid {
+    /// The solid of `field` within `bounds`, whose growth is 1 where it is finite.
+    ///
+    /// The growth makes a promise: {f <= t} lies in `bounds` grown by t. A distance keeps it;
+    /// a field that does not needs infinite bounds. `lipschitz` is an upper bound of the
+    /// gradient's length, infinite if none is known.
+    #[must_use]
+    pub fn within(graph: &mut Graph, field: NodeId, bounds: Aabb, lipschitz: f64) -> Self {
+        let bounds =
+            [bounds.lo, bounds.hi].map(|end| end.to_array().map(|value| graph.constant(value)));
+        Self::leaf(field, Leaf { bounds, lipschitz, period: None })
+    }
+
+    /// The solid of a field of which nothing is known.
+    #[must_use]
+    pub fn unbounded(graph: &mut Graph, field: NodeId) -> Self {
+        Self::within(graph, field, Aabb::WHOLE, f64::INFINITY)
+    }
+
+    /// The solid of a field with period `period` along each axis.
+    #[must_use]
+    pub fn periodic(graph: &mut Graph, field: NodeId, period: f64) -> Self {
+        let ends = [f64::NEG_INFINITY, f64::INFINITY];
+        let bounds = ends.map(|end| Axis::ALL.map(|_| graph.constant(end)));
+        Self::leaf(field, Leaf { bounds, lipschitz: f64::INFINITY, period: Some(period) })
+    }
+
+    /// Says that the operations since the last call are the text at `span`.
+    #[must_use]
+    pub fn located(mut self, span: Span) -> Self {
+        let unplaced = |step: &&mut Step| step.span == Span::NOWHERE;
+        self.steps.iter_mut().rev().take_while(unplaced).for_each(|step| step.span = span);
+        let walls = self.walls.iter_mut().rev();
+        walls.take_while(|wall| wall.span == Span::NOWHERE).for_each(|wall| wall.span = span);
+        self
+    }
+
+    fn leaf(field: NodeId, leaf: Leaf) -> Self {
+        let mut solid = Self { field, walls: Vec::new(), steps: Vec::new() };
+        solid.push(Rule::Leaf(leaf));
+        solid
+    }
+
+    fn push(&mut self, rule: Rule) {
+        self.steps.push(Step { rule, span: Span::NOWHERE });
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod walk;

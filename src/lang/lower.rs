@@ -1,0 +1,218 @@
+//! Runs items on a stack of solids.
+//!
+//! Shapes, meshes and equations push; operations pop and push; what remains at the end is
+//! intersected in its order.
+//!
+//! Source: the Cesogen paper, section 3.2.
+
+use super::infix::{self, Coordinates, Scope};
+use super::syntax::{Equation, Item, Operation, Value};
+use super::{
+    Action, Argument, Arguments, Diagnostic, Loaded, Loader, Shape, Span, Vocabulary, Word,
+};
+use crate::expr::{Graph, NodeId, Output};
+use crate::solid::{Solid, Values};
+use rustc_hash::FxHashMap;
+
+/// The intersection of what `items` leave on the stack, in `graph`.
+///
+/// The parameters become those of the graph, slot by slot.
+///
+/// # Errors
+/// At least one diagnostic, in the order of the text.
+pub fn run(
+    items: &[Item],
+    graph: &mut Graph,
+    vocabulary: &dyn Vocabulary,
+    loader: &mut dyn Loader,
+    parameters: &[(String, f64)],
+) -> Result<Solid, Vec<Diagnostic>> {
+    let nodes = parameters
+        .iter()
+        .map(|(name, value)| (name.clone(), graph.parameter(name, *value)))
+        .collect();
+    let values = parameters.iter().map(|(_, value)| *value).collect();
+    let mut machine = Machine { graph, loader, nodes, values, meshes: FxHashMap::default() };
+    let mut stack: Vec<Solid> = Vec::new();
+    let mut faults = Vec::new();
+    for item in items {
+        match machine.step(item, &mut stack, vocabulary) {
+            Ok(solid) => stack.push(solid.located(item.span)),
+            Err(mut found) => {
+                faults.append(&mut found.faults);
+                if found.is_final {
+                    break;
+                }
+                let stand_in = machine.graph.constant(f64::NAN);
+                stack.push(Solid::unbounded(machine.graph, stand_in));
+            }
+        }
+    }
+    if !faults.is_empty() {
+        return Err(faults);
+    }
+    Solid::intersection_of(graph, stack).ok_or_else(|| {
+        let fault = Diagnostic::new("the program has no shape");
+        vec![fault.cure("give at least one shape, mesh file or equation")]
+    })
+}
+
+/// Why a step failed, and whether steps after it make no sense.
+struct Failed {
+    faults: Vec<Diagnostic>,
+    is_final: bool,
+}
+
+/// What the steps share.
+struct Machine<'a> {
+    graph: &'a mut Graph,
+    loader: &'a mut dyn Loader,
+    nodes: FxHashMap<String, NodeId>,
+    values: Vec<f64>,
+    meshes: FxHashMap<String, Loaded>,
+}
+
+impl Machine<'_> {
+    /// Pops the operands of `item` and returns its result.
+    fn step(
+        &mut self,
+        item: &Item,
+        stack: &mut Vec<Solid>,
+        vocabulary: &dyn Vocabulary,
+    ) -> Result<Solid, Failed> {
+        match &item.operation {
+            Operation::Mesh(path) => self.mesh(path, item.span),
+            Operation::Equation(equation) => {
+                let field = self.expression(equation);
+                Ok(Solid::unbounded(self.graph, field))
+            }
+            Operation::Word { name, values } => {
+                let Some(word) = vocabulary.word(name) else {
+                    let fault = Diagnostic::new(format!("unknown word `{name}`"));
+                    return Err(Failed { faults: vec![fault.at(item.span, "")], is_final: false });
+                };
+                let needed = match word.action {
+                    Action::Shape(_) => 0,
+                    Action::Unary(_) => 1,
+                    Action::Binary(_) => 2,
+                };
+                if stack.len() < needed {
+                    return Err(too_few(word, item.span, stack.len(), needed));
+                }
+                let mut operands = stack.split_off(stack.len() - needed).into_iter();
+                let arguments = self
+                    .arguments(word, values)
+                    .map_err(|faults| Failed { faults, is_final: false })?;
+                Ok(match (word.action, operands.next(), operands.next()) {
+                    (Action::Unary(apply), Some(a), _) => apply(self.graph, a, &arguments),
+                    (Action::Binary(apply), Some(a), Some(b)) => apply(self.graph, a, b),
+                    (Action::Shape(make), ..) => make(self.graph, &arguments),
+                    (Action::Unary(_) | Action::Binary(_), ..) => {
+                        return Err(too_few(word, item.span, 0, needed));
+                    }
+                })
+            }
+        }
+    }
+
+    /// The distance to the mesh in the file `path`; a file named twice is read once.
+    fn mesh(&mut self, path: &str, span: Span) -> Result<Solid, Failed> {
+        let loaded = match self.meshes.get(path) {
+            Some(loaded) => loaded.clone(),
+            None => match self.loader.mesh(path) {
+                Ok(loaded) => {
+                    self.meshes.insert(path.to_owned(), loaded.clone());
+                    loaded
+                }
+                Err(refusal) => {
+                    let message = format!("can't read the mesh `{path}`: {refusal}");
+                    let faults = vec![Diagnostic::new(message).at(span, "")];
+                    return Err(Failed { faults, is_final: false });
+                }
+            },
+        };
+        let Loaded { distance, bounds } = loaded;
+        let oracle = self.graph.add_oracle(&distance);
+        let point = self.graph.point();
+        let field = self.graph.oracle(oracle, Output::Value, point);
+        Ok(Solid::within(self.graph, field, bounds, distance.lipschitz()))
+    }
+
+    /// The values of the arguments of `word`, defaults in place of those not given.
+    fn arguments(
+        &mut self,
+        word: Word<'_>,
+        values: &[Option<Value>],
+    ) -> Result<Arguments, Vec<Diagnostic>> {
+        let mut arguments = Arguments::default();
+        let mut faults = Vec::new();
+        for (i, argument) in word.arguments.iter().enumerate() {
+            let given = values.get(i).and_then(Option::as_ref);
+            let (components, span) = match given {
+                Some(Value { components, span }) => (components.clone(), span.0),
+                None => (default(argument)?, Span::NOWHERE),
+            };
+            let nodes: Vec<_> = components.iter().map(|c| self.expression(c)).collect();
+            let present = self.present(&nodes);
+            if let Some(objection) = argument.domain.objection(&present) {
+                faults.push(out_of_domain(word, argument, objection, &present, span));
+            }
+            arguments.0.push(match nodes.as_slice() {
+                [a, b, c] => [*a, *b, *c],
+                [one, ..] => [*one; 3],
+                [] => return Err(vec![Diagnostic::new("an argument is empty").at(span, "")]),
+            });
+        }
+        if faults.is_empty() { Ok(arguments) } else { Err(faults) }
+    }
+
+    /// The values of `nodes` under the present values of the parameters.
+    fn present(&self, nodes: &[NodeId]) -> Vec<f64> {
+        let mut values = Values::new(self.graph, &self.values);
+        nodes.iter().map(|node| values.of(*node).unwrap_or(f64::NAN)).collect()
+    }
+
+    fn expression(&mut self, equation: &Equation) -> NodeId {
+        let nodes = &self.nodes;
+        equation.expression(self.graph, &mut |graph, name| match nodes.get(name) {
+            Some(node) => *node,
+            None => graph.parameter(name, f64::NAN),
+        })
+    }
+}
+
+/// The components of the default of `argument`.
+fn default(argument: &Argument) -> Result<Vec<Equation>, Vec<Diagnostic>> {
+    let scope = Scope { coordinates: Coordinates::Forbidden(argument.name), parameters: &[] };
+    infix::list(argument.default.unwrap_or_default(), Span::NOWHERE, scope)
+}
+
+/// The fault of an argument whose value makes no sense.
+fn out_of_domain(
+    word: Word<'_>,
+    argument: &Argument,
+    objection: &str,
+    present: &[f64],
+    span: Span,
+) -> Diagnostic {
+    let value: Vec<_> = present.iter().map(f64::to_string).collect();
+    let components = match argument.shape {
+        Shape::Factor if present.len() > 1 => "each component of ",
+        Shape::Number | Shape::Vector | Shape::Factor => "",
+    };
+    let message = format!("{components}the {} of `{}` {objection}", argument.name, word.name);
+    Diagnostic::new(message).at(span, format!("is {}", value.join(",")))
+}
+
+/// The fault of an operation that finds too few solids on the stack.
+fn too_few(word: Word<'_>, span: Span, found: usize, needed: usize) -> Failed {
+    let name = word.name;
+    let (message, cure) = if needed == 1 {
+        (format!("`{name}` needs a shape before it"), format!("write `SHAPE {name}`"))
+    } else {
+        (format!("`{name}` needs two shapes before it"), format!("write `SHAPE SHAPE {name}`"))
+    };
+    let label = if found == 0 { "has none" } else { "has only one" };
+    let fault = Diagnostic::new(message).at(span, label).cure(cure);
+    Failed { faults: vec![fault], is_final: true }
+}

@@ -1,0 +1,294 @@
+//! Reads words as items: which word is what, and which arguments it takes.
+//!
+//! A word is looked for in the vocabulary, then taken for a mesh file if it is named like one, then
+//! read as an equation. A word of the vocabulary thus hides a file of its name, and a missing mesh
+//! file is never mistaken for an equation.
+//!
+//! Operations are followed by the values of their arguments, each with or without its name before
+//! it; shapes by named values only. Reading goes on after a fault, to report several at once.
+//!
+//! Source: the Cesogen paper, section 3.2, which speaks of pairs of names and values but prints
+//! values alone; we take both.
+
+use super::infix::{self, Coordinates, Scope};
+use super::names;
+use super::syntax::{Equation, Item, Located, Operation, Value};
+use super::word::{Shape, normalized};
+use super::words::Token;
+use super::{Action, Argument, Diagnostic, Loader, Span, Vocabulary, Word};
+
+/// The items of a program.
+///
+/// # Errors
+/// At least one diagnostic, in the order of the text.
+pub fn read(
+    words: &[Token],
+    vocabulary: &dyn Vocabulary,
+    loader: &dyn Loader,
+    parameters: &[(String, f64)],
+) -> Result<Vec<Item>, Vec<Diagnostic>> {
+    let mut reader =
+        Reader { words, next: 0, vocabulary, loader, parameters, last: None, faults: Vec::new() };
+    let mut items = Vec::new();
+    let mut sound = true;
+    while let Some(word) = reader.advance() {
+        let before = reader.faults.len();
+        items.extend(reader.item(word, sound));
+        sound = reader.faults.len() == before;
+    }
+    if reader.faults.is_empty() { Ok(items) } else { Err(reader.faults) }
+}
+
+/// The state of reading one program.
+struct Reader<'a> {
+    words: &'a [Token],
+    next: usize,
+    vocabulary: &'a dyn Vocabulary,
+    loader: &'a dyn Loader,
+    parameters: &'a [(String, f64)],
+    /// The word of the vocabulary before, for advice on what follows it.
+    last: Option<Word<'a>>,
+    faults: Vec<Diagnostic>,
+}
+
+impl<'a> Reader<'a> {
+    fn peek(&self) -> Option<&'a Token> {
+        self.words.get(self.next)
+    }
+
+    fn advance(&mut self) -> Option<&'a Token> {
+        let word = self.peek()?;
+        self.next += 1;
+        Some(word)
+    }
+
+    /// The item that begins with `token`, or a fault; `sound` says that the item before had none.
+    fn item(&mut self, token: &'a Token, sound: bool) -> Option<Item> {
+        if let Some(word) = self.known(token) {
+            self.last = Some(word);
+            let (values, end) = self.values(word, token)?;
+            let operation = Operation::Word { name: word.name.to_owned(), values };
+            return Some(Item { operation, span: token.span.to(end) });
+        }
+        if self.loader.is_mesh(&token.text) {
+            self.last = None;
+            return Some(Item { operation: Operation::Mesh(token.text.clone()), span: token.span });
+        }
+        let equation = self.equation(token, sound)?;
+        self.last = None;
+        Some(Item { operation: Operation::Equation(equation), span: token.span })
+    }
+
+    fn known(&self, token: &Token) -> Option<Word<'a>> {
+        self.vocabulary.word(&normalized(&token.text))
+    }
+
+    /// The values after `word`, which stands at `token`, and the place of the last.
+    fn values(&mut self, word: Word<'a>, token: &Token) -> Option<(Vec<Option<Value>>, Span)> {
+        let mut values: Vec<Option<Value>> = word.arguments.iter().map(|_| None).collect();
+        let (mut end, mut sound) = (token.span, true);
+        while let Some(next) = self.peek() {
+            let spelling = normalized(&next.text);
+            let named = word.arguments.iter().position(|argument| argument.name == spelling);
+            let positional = match word.action {
+                Action::Unary(_) => values.iter().position(Option::is_none),
+                Action::Shape(_) | Action::Binary(_) => None,
+            };
+            let index = match (named, positional) {
+                (Some(index), _) => {
+                    self.advance();
+                    if values[index].is_some() {
+                        let message = format!("the {spelling} of `{}` is given twice", word.name);
+                        self.faults.push(Diagnostic::new(message).at(next.span, "again"));
+                        sound = false;
+                    }
+                    index
+                }
+                (None, Some(index)) => index,
+                (None, None) => break,
+            };
+            let argument = &word.arguments[index];
+            let Some(value) = self.peek().filter(|value| self.what_is(value).is_none()) else {
+                self.lacks(word, argument, token);
+                return None;
+            };
+            self.advance();
+            end = value.span;
+            let value = self.value(word, argument, value);
+            sound &= value.is_some();
+            // A faulty value holds its place, so that the next is not taken for it.
+            values[index] =
+                Some(value.unwrap_or_else(|| Value { components: Vec::new(), span: Located(end) }));
+        }
+        for (argument, value) in word.arguments.iter().zip(&values) {
+            if value.is_none() && argument.default.is_none() {
+                self.lacks(word, argument, token);
+                return None;
+            }
+        }
+        sound.then_some((values, end))
+    }
+
+    /// What `token` is, if it is no number: for the fault of a missing argument.
+    fn what_is(&self, token: &Token) -> Option<&'static str> {
+        match self.known(token).map(|word| word.action) {
+            Some(Action::Shape(_)) => Some("is a shape"),
+            Some(Action::Unary(_) | Action::Binary(_)) => Some("is an operation"),
+            None if self.loader.is_mesh(&token.text) => Some("is a mesh file"),
+            None => None,
+        }
+    }
+
+    /// Reports that `word`, at `token`, lacks `argument`.
+    fn lacks(&mut self, word: Word<'_>, argument: &Argument, token: &Token) {
+        let message = format!("`{}` lacks its {}", word.name, argument.name);
+        let mut fault = Diagnostic::new(message).at(token.span, "");
+        if let Some(next) = self.peek() {
+            fault.labels.extend(
+                self.what_is(next)
+                    .map(|what| super::Label { span: next.span, text: what.to_owned() }),
+            );
+        }
+        let example = match argument.shape {
+            Shape::Number => "a number or an equation of numbers",
+            Shape::Vector => "three numbers in one word, such as `0,0,1`",
+            Shape::Factor => "one number, or three in one word, such as `1,1,2`",
+        };
+        self.faults.push(fault.cure(format!("give the {}: {example}", argument.meaning)));
+    }
+
+    /// The value of `argument` of `word` that `token` says, or faults.
+    fn value(&mut self, word: Word<'_>, argument: &Argument, token: &Token) -> Option<Value> {
+        let what = format!("the {} of `{}`", argument.name, word.name);
+        let scope =
+            Scope { coordinates: Coordinates::Forbidden(&what), parameters: self.parameters };
+        let components = match infix::list(&token.text, token.span, scope) {
+            Ok(components) => components,
+            Err(mut faults) => {
+                if token.text.ends_with(',') || token.text.starts_with(',') {
+                    for fault in &mut faults {
+                        fault.cure = Some("write a vector as one word, without blanks".to_owned());
+                    }
+                }
+                self.faults.append(&mut faults);
+                return None;
+            }
+        };
+        let (fits, needed, cure) = match argument.shape {
+            Shape::Number => (components.len() == 1, "one number", None),
+            Shape::Vector => (components.len() == 3, "three components", Some("0,0,1")),
+            Shape::Factor => (matches!(components.len(), 1 | 3), "one or three numbers", None),
+        };
+        if !fits {
+            let fault = Diagnostic::new(format!("{what} needs {needed}"))
+                .at(token.span, format!("has {}", components.len()));
+            self.faults.push(match cure {
+                Some(example) => {
+                    fault.cure(format!("write them in one word with commas, as in `{example}`"))
+                }
+                None => fault,
+            });
+            return None;
+        }
+        Some(Value { components, span: Located(token.span) })
+    }
+
+    /// The equation in x, y and z that `token` says, or faults.
+    fn equation(&mut self, token: &Token, sound: bool) -> Option<Equation> {
+        let scope = Scope { coordinates: Coordinates::Known, parameters: self.parameters };
+        let fault = |message: String| Diagnostic::new(message).at(token.span, "");
+        match infix::list(&token.text, token.span, scope) {
+            Ok(mut list) if list.len() == 1 => {
+                let equation = list.pop()?;
+                if equation.has_coordinate() {
+                    return Some(equation);
+                }
+                let message = format!("`{}` is a number where a shape is expected", token.text);
+                // After a fault, a stray number is most likely its consequence.
+                if sound {
+                    let fault = fault(message).cure(self.advice_on_numbers());
+                    self.faults.push(fault);
+                }
+            }
+            Ok(_) => {
+                let message =
+                    format!("`{}` is a list of numbers where a shape is expected", token.text);
+                if sound {
+                    self.faults.push(fault(message).cure(self.advice_on_numbers()));
+                }
+            }
+            Err(faults) => match self.unknown_word(token) {
+                Some(fault) => self.faults.push(fault),
+                None => self.faults.extend(faults),
+            },
+        }
+        None
+    }
+
+    /// What to do about a number that follows the word before.
+    fn advice_on_numbers(&self) -> String {
+        match self.last {
+            Some(Word { name, arguments, action: Action::Shape(_) }) if !arguments.is_empty() => {
+                let names: Vec<_> = arguments.iter().map(|a| format!("`{}`", a.name)).collect();
+                format!("name the argument: `{name}` takes {}", names.join(", "))
+            }
+            Some(Word { name, action: Action::Shape(_), .. }) => {
+                format!("`{name}` takes no numbers: follow it by `scale` or `translate`")
+            }
+            Some(Word { name, arguments: [.., last], .. }) if last.shape != Shape::Number => {
+                format!("write a vector as one word with commas, as in `{name} 1,1,2`")
+            }
+            _ => "the equation of a shape depends on x, y or z".to_owned(),
+        }
+    }
+
+    /// The fault of a word that was meant as a word, not as an equation; `None` if it was not.
+    fn unknown_word(&self, token: &Token) -> Option<Diagnostic> {
+        let text = token.text.as_str();
+        let fault = |message: String| Diagnostic::new(message).at(token.span, "");
+        if let Some(option) = text.strip_prefix('-') {
+            let letters = option.strip_prefix('-').unwrap_or(option);
+            let is_option = (text.starts_with("--") || letters.len() == 1)
+                && letters.starts_with(|c: char| c.is_ascii_alphabetic());
+            return is_option.then(|| {
+                fault(format!("`{text}` is read as an equation, not as an option"))
+                    .cure("write options before the first shape")
+            });
+        }
+        let is_identifier = text.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
+        let spellings = self.vocabulary.spellings();
+        let arguments = self.last.map_or(&[][..], |word| word.arguments);
+        let equation_names = names::reserved().filter(|_| is_identifier);
+        let parameters = self.parameters.iter().map(|(name, _)| name.as_str());
+        let known = spellings
+            .into_iter()
+            .chain(arguments.iter().map(|argument| argument.name))
+            .chain(equation_names)
+            .chain(parameters.filter(|_| is_identifier));
+        if names::reserved().any(|name| name == text) {
+            return None;
+        }
+        let near = names::nearest(text, known);
+        if let Some(cure) = names::suggestion(&near) {
+            return Some(fault(format!("unknown word `{text}`")).cure(cure));
+        }
+        if let Some((_, extension)) = text.rsplit_once('.') {
+            let is_extension = extension.starts_with(|c: char| c.is_ascii_alphabetic())
+                && extension.chars().all(|c| c.is_ascii_alphanumeric());
+            if is_extension {
+                let message = format!("`{text}` is not a shape, an equation or a mesh file");
+                return Some(fault(message).cure(format!("no mesh format ends in `.{extension}`")));
+            }
+        }
+        let is_word = text.starts_with(|c: char| c.is_ascii_alphabetic())
+            && text.chars().all(|c| c.is_ascii_alphanumeric() || matches!(c, '_' | '-'))
+            && text.split('-').all(|part| names::reserved().all(|name| name != part))
+            && !text.chars().all(|c| "xyz".contains(c));
+        is_word.then(|| {
+            fault(format!("unknown word `{text}`")).cure(
+                "it is not a shape, an operation, a mesh file or an equation; \
+                       `alveole list` shows every word",
+            )
+        })
+    }
+}

@@ -1,0 +1,169 @@
+//! What the language asks of those who know shapes and files.
+
+use crate::expr::{Graph, NodeId, Oracle};
+use crate::geom::Aabb;
+use crate::solid::Solid;
+use std::sync::Arc;
+
+/// Knows the words of the language.
+pub trait Vocabulary {
+    /// The word spelt `spelling`, which is in lower case with `-` for `_`.
+    fn word(&self, spelling: &str) -> Option<Word<'_>>;
+
+    /// Every spelling, for suggestions.
+    fn spellings(&self) -> Vec<&str>;
+}
+
+/// A word of the language.
+#[derive(Clone, Copy)]
+pub struct Word<'a> {
+    /// Its first spelling.
+    pub name: &'a str,
+    /// Numbers that follow it.
+    pub arguments: &'a [Argument],
+    /// What it does.
+    pub action: Action<'a>,
+}
+
+/// What a word does to the stack of solids.
+#[derive(Clone, Copy)]
+pub enum Action<'a> {
+    /// Pushes a solid. Its arguments are optional and given by name.
+    Shape(&'a MakeShape),
+    /// Pops one solid and pushes one. Its arguments are required, by position or by name.
+    Unary(fn(&mut Graph, Solid, &Arguments) -> Solid),
+    /// Pops two solids and pushes one.
+    Binary(fn(&mut Graph, Solid, Solid) -> Solid),
+}
+
+/// Makes the solid of a shape word.
+pub type MakeShape = dyn Fn(&mut Graph, &Arguments) -> Solid + Send + Sync;
+
+/// A number, or three, that follows a word.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Argument {
+    /// The name that may stand before the value.
+    pub name: &'static str,
+    /// How many components it has.
+    pub shape: Shape,
+    /// Which values make sense.
+    pub domain: Domain,
+    /// The value where the text gives none; `None` if it is required.
+    pub default: Option<&'static str>,
+    /// What it is, with its unit, in a few words.
+    pub meaning: &'static str,
+}
+
+/// How many components an argument has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shape {
+    /// One.
+    Number,
+    /// Three, in one word, with commas.
+    Vector,
+    /// Three, or one that stands for all three.
+    Factor,
+}
+
+/// Which values of an argument make sense.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Domain {
+    /// All finite values.
+    Any,
+    /// Zero and above.
+    NotNegative,
+    /// Above zero, each component.
+    Positive,
+    /// From 0 to 1.
+    Fraction,
+    /// Each component differs from zero.
+    EachNonzero,
+    /// Some component differs from zero.
+    SomeNonzero,
+}
+
+impl Domain {
+    /// What is wrong with the value `components`, if anything; it completes "must ...".
+    #[must_use]
+    pub fn objection(self, components: &[f64]) -> Option<&'static str> {
+        let all = |holds: fn(f64) -> bool| components.iter().all(|&c| holds(c));
+        let (sound, objection) = match self {
+            Self::Any => (true, ""),
+            Self::NotNegative => (all(|c| c >= 0.0), "must not be negative"),
+            Self::Positive => (all(|c| c > 0.0), "must be positive"),
+            Self::Fraction => (all(|c| (0.0..=1.0).contains(&c)), "must be from 0 to 1"),
+            Self::EachNonzero => (all(|c| c != 0.0), "must not be zero"),
+            Self::SomeNonzero => (!all(|c| c == 0.0), "must not be the zero vector"),
+        };
+        if !all(f64::is_finite) {
+            Some("must be a finite number")
+        } else {
+            (!sound).then_some(objection)
+        }
+    }
+}
+
+/// Values of a word's arguments, in the order of their declaration.
+#[derive(Clone, Debug, Default)]
+pub struct Arguments(pub(super) Vec<[NodeId; 3]>);
+
+impl Arguments {
+    /// The value of argument `index`, a number.
+    ///
+    /// # Panics
+    /// If the word declares fewer arguments.
+    #[must_use]
+    pub fn number(&self, index: usize) -> NodeId {
+        self.0[index][0]
+    }
+
+    /// The components of argument `index`, a vector or factor.
+    ///
+    /// # Panics
+    /// If the word declares fewer arguments.
+    #[must_use]
+    pub fn vector(&self, index: usize) -> [NodeId; 3] {
+        self.0[index]
+    }
+}
+
+/// Reads the files that a program names.
+pub trait Loader {
+    /// The text of the file `path` of an `@path` word.
+    ///
+    /// # Errors
+    /// [`Refusal`] if it can't be read.
+    fn text(&mut self, path: &str) -> Result<String, Refusal>;
+
+    /// Whether `word` is named like a mesh file, whether or not the file exists.
+    fn is_mesh(&self, word: &str) -> bool;
+
+    /// The field of the mesh file `path`.
+    ///
+    /// # Errors
+    /// [`Refusal`] if it can't be read or is no mesh.
+    fn mesh(&mut self, path: &str) -> Result<Loaded, Refusal>;
+}
+
+/// The distance to a mesh and the box around it.
+#[derive(Clone, Debug)]
+pub struct Loaded {
+    /// The signed distance.
+    pub distance: Arc<dyn Oracle>,
+    /// The box around the mesh.
+    pub bounds: Aabb,
+}
+
+/// Why a file can't be used.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{cause}")]
+pub struct Refusal {
+    /// What went wrong, in lower case, without the file's name.
+    pub cause: String,
+}
+
+/// `word` as vocabularies spell it: lower case, `-` for `_`.
+#[must_use]
+pub fn normalized(word: &str) -> String {
+    word.to_lowercase().replace('_', "-")
+}

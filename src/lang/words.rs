@@ -1,0 +1,136 @@
+//! Splits a program into words, replacing each `@file` by the words of the file.
+//!
+//! A file holds words separated by blanks and line ends. A word that begins with `'` or `"` goes to
+//! the next such quote, blanks and all; quotes elsewhere are ordinary letters (`g'` is a word). A
+//! `#` at the beginning of a word begins a comment to the end of the line. Files may name files.
+//!
+//! Source: the Cesogen paper has `@file` without quotes, comments or nesting; those are ours.
+
+use super::{Diagnostic, Loader, Sources, Span};
+
+/// Files within files, at most.
+const DEPTH_LIMIT: usize = 16;
+/// Bytes of all files together, at most.
+const SIZE_LIMIT: usize = 1 << 26;
+
+/// A word of a program.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Token {
+    /// The word, without quotes.
+    pub text: String,
+    /// Where it stands, without quotes.
+    pub span: Span,
+}
+
+/// A file being read: its name and the words that are still to come, last first.
+struct Open {
+    name: Option<String>,
+    rest: Vec<Token>,
+}
+
+/// The words of the command line in `sources`; the files they name are added to `sources`.
+///
+/// # Errors
+/// Diagnostics for files that can't be read, contain themselves, or are too many or too large.
+pub fn expand(
+    sources: &mut Sources,
+    loader: &mut dyn Loader,
+) -> Result<Vec<Token>, Vec<Diagnostic>> {
+    let command_line = &sources.all()[0];
+    let arguments = command_line.words.iter().map(|range| Token {
+        text: command_line.text[range.clone()].to_owned(),
+        span: Span { source: 0, start: offset(range.start), end: offset(range.end) },
+    });
+    let mut open = vec![Open { name: None, rest: arguments.rev().collect() }];
+    let (mut words, mut faults, mut size) = (Vec::new(), Vec::new(), 0);
+    while let Some(current) = open.last_mut() {
+        let Some(word) = current.rest.pop() else {
+            open.pop();
+            continue;
+        };
+        let Some(path) = word.text.strip_prefix('@') else {
+            words.push(word);
+            continue;
+        };
+        match included(path, &word, &open, &mut size, sources, loader) {
+            Ok(rest) => open.push(Open { name: Some(path.to_owned()), rest }),
+            Err(fault) => faults.push(fault),
+        }
+    }
+    if faults.is_empty() { Ok(words) } else { Err(faults) }
+}
+
+/// The words of the file `path`, last first.
+fn included(
+    path: &str,
+    word: &Token,
+    open: &[Open],
+    size: &mut usize,
+    sources: &mut Sources,
+    loader: &mut dyn Loader,
+) -> Result<Vec<Token>, Diagnostic> {
+    let fault = |message: String, text: &str| Diagnostic::new(message).at(word.span, text);
+    if path.is_empty() {
+        return Err(fault("`@` names no file".to_owned(), "").cure("write `@file` without a blank"));
+    }
+    if open.iter().any(|file| file.name.as_deref() == Some(path)) {
+        return Err(fault(format!("`{path}` contains itself"), "is being read already"));
+    }
+    if open.len() > DEPTH_LIMIT {
+        return Err(fault(format!("files are nested more than {DEPTH_LIMIT} deep"), ""));
+    }
+    let text = loader
+        .text(path)
+        .map_err(|refusal| fault(format!("can't read `{path}`: {refusal}"), ""))?;
+    *size += text.len();
+    if *size > SIZE_LIMIT {
+        let limit = SIZE_LIMIT >> 20;
+        return Err(fault(format!("the files of the program exceed {limit} MiB"), ""));
+    }
+    let source = sources.add(path, text);
+    split(&sources.all()[source as usize].text, source)
+}
+
+/// The words of `text`, last first.
+fn split(text: &str, source: u32) -> Result<Vec<Token>, Diagnostic> {
+    let mut words = Vec::new();
+    let mut letters = text.char_indices().peekable();
+    while let Some((start, letter)) = letters.next() {
+        if letter.is_whitespace() || letter == '\u{feff}' {
+            continue;
+        }
+        let end_of = |from: usize, ends: &dyn Fn(char) -> bool| {
+            text[from..].find(ends).map(|length| from + length)
+        };
+        let (start, end, next) = match letter {
+            '#' => {
+                let end = end_of(start, &|c| c == '\n').unwrap_or(text.len());
+                (start, start, end)
+            }
+            '\'' | '"' => {
+                let Some(end) = end_of(start + 1, &|c| c == letter) else {
+                    let span = Span { source, start: offset(start), end: offset(start + 1) };
+                    let fault = Diagnostic::new("a quote is not closed").at(span, "opens here");
+                    return Err(fault.cure(format!("close it by another `{letter}`")));
+                };
+                (start + 1, end, end + 1)
+            }
+            _ => {
+                let end = end_of(start, &char::is_whitespace).unwrap_or(text.len());
+                (start, end, end)
+            }
+        };
+        if letter != '#' {
+            let span = Span { source, start: offset(start), end: offset(end) };
+            words.push(Token { text: text[start..end].to_owned(), span });
+        }
+        while letters.next_if(|(at, _)| *at < next).is_some() {}
+    }
+    words.reverse();
+    Ok(words)
+}
+
+/// A position in a source; sources are limited to sizes that fit.
+fn offset(position: usize) -> u32 {
+    u32::try_from(position).unwrap_or(u32::MAX)
+}
