@@ -4,6 +4,10 @@
 //! rendering see nothing else. Two engines implement it, the interpreter and the compiler, and
 //! return the same bits.
 
+pub mod lower;
+pub mod regions;
 pub mod sampler;
+pub mod schedule;
+pub mod tape;
 
 pub use sampler::{BRICK, BrickSigns, End, NodeBox, Sampler};
