@@ -4,10 +4,17 @@
 //! rendering see nothing else. Two engines implement it, the interpreter and the compiler, and
 //! return the same bits.
 
+pub mod interpret;
+pub mod leaves;
 pub mod lower;
+pub mod program;
 pub mod regions;
 pub mod sampler;
 pub mod schedule;
 pub mod tape;
 
+pub use program::{Bound, Engine, Program, ProgramError, Workspace};
 pub use sampler::{BRICK, BrickSigns, End, NodeBox, Sampler};
+
+#[cfg(test)]
+mod suite;

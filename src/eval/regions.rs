@@ -20,7 +20,7 @@
 //! without operations of their own, make no region: their operands are evaluated with their users.
 
 use super::tape::{Position, Tape};
-use crate::expr::{AxisSet, Extremum, NodeId};
+use crate::expr::{Extremum, NodeId};
 use rustc_hash::FxHashMap;
 
 /// A region of a tape.

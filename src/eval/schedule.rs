@@ -84,6 +84,12 @@ impl Schedule {
         Self::new(tape, bits, 1, |axes| axes.len().min(BOX))
     }
 
+    /// The schedule of a program with a single stage and no regions.
+    #[must_use]
+    pub fn plain(tape: &Tape) -> Self {
+        Self::new(tape, &Bits::default(), 1, |_| 0)
+    }
+
     /// Orders `tape`, `stage` giving the stage of an operation by its axes.
     ///
     /// `stage` must not decrease when axes are added. Operations on fewer than `axes` axes belong

@@ -1,0 +1,247 @@
+//! Edges of the grid: values at their ends, values and slopes in between.
+//!
+//! In a batch of edges along one axis the other two coordinates are fixed. What depends on those
+//! alone is made once, when the batch begins. What depends on the axis alone is read from tables
+//! at the ends and computed in between, by the same operations, so both give the same bits.
+
+use super::brick::select;
+use super::buffers::allocate;
+use super::code::{self, Action, Buffers, Call, Frame, Instruction, Layout, PLANE, READ};
+use super::code::{Shape, Source};
+use crate::eval::leaves::{LeafValues, Leaves};
+use crate::eval::sampler::{BRICK, End};
+use crate::eval::schedule::{Schedule, Step, UNIFORM, line};
+use crate::eval::tape::{Op, Position};
+use crate::expr::{Failure, Oracle};
+use crate::geom::Axis;
+use std::ops::Range;
+use std::sync::Arc;
+
+/// A program for the grid edges along one axis.
+#[derive(Debug)]
+pub struct LineProgram {
+    axis: Axis,
+    /// By operation: what computes it between nodes, and what reads or computes it at nodes.
+    between: Vec<Instruction>,
+    at_nodes: Vec<Instruction>,
+    calls: Vec<Call>,
+    begin: Vec<Step>,
+    ends: Vec<Step>,
+    inner: Vec<Step>,
+    coordinate: Option<u32>,
+    value: Source,
+    slope: Source,
+    buffers: usize,
+}
+
+/// Memory of a thread that runs a [`LineProgram`], and its present batch.
+#[derive(Debug, Default)]
+pub struct LineWorkspace {
+    buffers: Buffers,
+    nodes: [Vec<u32>; 3],
+    activity: Vec<u64>,
+    begin: Vec<Range<usize>>,
+    ends: Vec<Range<usize>>,
+    inner: Vec<Range<usize>>,
+}
+
+impl LineProgram {
+    /// The program of `schedule`, which is that of lines along `axis` and whose outputs are the
+    /// value and its derivative along the axis.
+    #[must_use]
+    pub fn new(
+        schedule: &Schedule,
+        leaves: &Leaves,
+        oracles: &[Arc<dyn Oracle>],
+        axis: Axis,
+    ) -> Self {
+        let tape = schedule.tape();
+        let [value, slope] = [tape.outputs()[0], tape.outputs()[1]];
+        let computed = |p: Position| !tape.axes(p).is_empty();
+        let mut stage = vec![UNIFORM; tape.len()];
+        for number in [line::FIXED, line::BATCH, line::ALONG, line::CORE] {
+            for p in schedule.stage(number) {
+                stage[p.index()] = number;
+            }
+        }
+        // What a batch makes lasts while the batch does; so does the coordinate, which is written
+        // before anything runs.
+        let mut keep: Vec<bool> = tape.positions().map(|p| tape.outputs().contains(&p)).collect();
+        let mut wanted = keep.clone();
+        for p in tape.positions() {
+            for &o in tape.op(p).operands().iter() {
+                let early = stage[o.index()] <= line::BATCH;
+                keep[o.index()] |= early && stage[p.index()] > line::BATCH;
+                wanted[o.index()] |= stage[o.index()] != stage[p.index()];
+            }
+            keep[p.index()] |= matches!(tape.op(p), Op::Coordinate(_));
+        }
+        let allocation = allocate(tape, |p| computed(p).then_some(0), |p| keep[p.index()]);
+        let sources: Vec<Source> = (tape.positions())
+            .map(|p| match allocation.of[p.index()] {
+                Some(buffer) => Source::Buffer(buffer, Shape::Plane),
+                None if leaves.has(tape.node(p)) => Source::Uniform(leaves.number(tape.node(p))),
+                None => Source::Uniform(0),
+            })
+            .collect();
+        let layout = Layout { schedule, sources };
+        let mut calls = Vec::new();
+        let gather = |p: Position| match (tape.axes(p).iter().next(), layout.sources[p.index()]) {
+            (Some(axis), Source::Buffer(out, shape)) => Instruction {
+                action: Action::Gather { axis, table: leaves.number(tape.node(p)) },
+                out,
+                shape,
+                ..READ
+            },
+            _ => READ,
+        };
+        let between: Vec<Instruction> = (tape.positions())
+            .map(|p| match stage[p.index()] {
+                line::FIXED if wanted[p.index()] => gather(p),
+                line::FIXED => READ,
+                _ => layout.instruction(p, oracles, &mut calls),
+            })
+            .collect();
+        let mut valued = vec![false; tape.len()];
+        valued[value.index()] = true;
+        for p in tape.positions().rev() {
+            if valued[p.index()] {
+                for &o in tape.op(p).operands().iter() {
+                    valued[o.index()] = true;
+                }
+            }
+        }
+        // A value along the axis is read where the value needs it, directly or through the core.
+        let mut read = vec![false; tape.len()];
+        read[value.index()] = true;
+        for p in tape.positions().filter(|p| valued[p.index()]) {
+            for &o in tape.op(p).operands().iter() {
+                read[o.index()] |= stage[p.index()] == line::CORE;
+            }
+        }
+        let at_nodes: Vec<Instruction> = (tape.positions())
+            .map(|p| match stage[p.index()] {
+                line::ALONG if valued[p.index()] && read[p.index()] => gather(p),
+                line::ALONG => READ,
+                _ => between[p.index()],
+            })
+            .collect();
+        let begin = schedule.stage(line::FIXED).filter(|p| wanted[p.index()]);
+        let begin = begin.chain(schedule.stage(line::BATCH));
+        let inner = || schedule.stage(line::ALONG).chain(schedule.stage(line::CORE));
+        let ends = inner()
+            .filter(|p| valued[p.index()] && (stage[p.index()] == line::CORE || read[p.index()]));
+        let coordinate = tape.positions().find(|&p| tape.op(p) == Op::Coordinate(axis));
+        Self {
+            axis,
+            begin: schedule.steps(begin),
+            ends: schedule.steps(ends),
+            inner: schedule.steps(inner()),
+            coordinate: coordinate.and_then(|p| allocation.of[p.index()]),
+            value: layout.sources[value.index()],
+            slope: layout.sources[slope.index()],
+            buffers: allocation.counts.first().copied().unwrap_or(0) as usize,
+            between,
+            at_nodes,
+            calls,
+        }
+    }
+
+    /// Fresh memory for one thread.
+    #[must_use]
+    pub fn workspace(&self) -> LineWorkspace {
+        LineWorkspace {
+            buffers: (0..self.buffers).map(|_| vec![0.0; PLANE]).collect(),
+            ..LineWorkspace::default()
+        }
+    }
+
+    /// Sets up a batch of edges whose lower nodes are `nodes` of the brick whose least node is
+    /// `first`.
+    ///
+    /// # Errors
+    /// [`Failure`] of an oracle.
+    pub fn begin(
+        &self,
+        workspace: &mut LineWorkspace,
+        leaves: &LeafValues,
+        first: [usize; 3],
+        nodes: &[u16],
+        activity: &[u64],
+    ) -> Result<(), Failure> {
+        let LineWorkspace { buffers, nodes: lanes, activity: own, begin, ends, inner } = workspace;
+        for ((list, first), axis) in lanes.iter_mut().zip(first).zip(0..) {
+            list.clear();
+            let place = |node: u16| usize::from(node) / BRICK.pow(axis) % BRICK;
+            list.extend(nodes.iter().map(|&node| (first + place(node)) as u32));
+        }
+        own.clear();
+        own.extend_from_slice(activity);
+        select(&self.begin, own, begin);
+        select(&self.ends, own, ends);
+        select(&self.inner, own, inner);
+        let frame = frame(leaves, lanes, own);
+        code::run(&self.between, begin, &self.calls, &frame, buffers)
+    }
+
+    /// Values at one end of each edge of the batch.
+    ///
+    /// # Errors
+    /// [`Failure`] of an oracle.
+    pub fn ends(
+        &self,
+        workspace: &mut LineWorkspace,
+        leaves: &LeafValues,
+        end: End,
+        values: &mut [f64],
+    ) -> Result<(), Failure> {
+        let LineWorkspace { buffers, nodes, activity, ends, .. } = workspace;
+        let along = &mut nodes[self.axis.index()];
+        if end == End::Upper {
+            along.iter_mut().for_each(|node| *node += 1);
+        }
+        let frame = frame(leaves, nodes, activity);
+        let answer = code::run(&self.at_nodes, ends, &self.calls, &frame, buffers);
+        frame.view(self.value, Shape::Plane, buffers).copy_to(values);
+        if end == End::Upper {
+            nodes[self.axis.index()].iter_mut().for_each(|node| *node -= 1);
+        }
+        answer
+    }
+
+    /// Values and slopes at coordinate `at[m]` of edge `m`.
+    ///
+    /// # Errors
+    /// [`Failure`] of an oracle.
+    pub fn between(
+        &self,
+        workspace: &mut LineWorkspace,
+        leaves: &LeafValues,
+        at: &[f64],
+        values: &mut [f64],
+        slopes: &mut [f64],
+    ) -> Result<(), Failure> {
+        let LineWorkspace { buffers, nodes, activity, inner, .. } = workspace;
+        if let Some(buffer) = self.coordinate {
+            buffers[buffer as usize][..at.len()].copy_from_slice(at);
+        }
+        let frame = frame(leaves, nodes, activity);
+        code::run(&self.between, inner, &self.calls, &frame, buffers)?;
+        frame.view(self.value, Shape::Plane, buffers).copy_to(values);
+        frame.view(self.slope, Shape::Plane, buffers).copy_to(slopes);
+        Ok(())
+    }
+}
+
+/// The frame of a batch.
+fn frame<'a>(leaves: &'a LeafValues, nodes: &'a [Vec<u32>; 3], activity: &'a [u64]) -> Frame<'a> {
+    Frame {
+        leaves,
+        origin: [0; 3],
+        plane: 0,
+        volumes: &[],
+        nodes: nodes.each_ref().map(|list| &list[..]),
+        activity,
+        lanes: nodes[0].len(),
+    }
+}

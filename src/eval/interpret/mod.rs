@@ -1,0 +1,16 @@
+//! The interpreter: one loop over lanes for every operation.
+//!
+//! It is the specification, the engine of hosts without a compiler and of jobs too small to pay
+//! for compiling. Programs hoist what they can: values on one axis come from tables made once for
+//! a grid, values on two axes are made once a brick or once a plane.
+
+mod brick;
+mod buffers;
+mod code;
+mod lanes;
+mod line;
+mod points;
+
+pub use brick::{BrickProgram, BrickWorkspace};
+pub use line::{LineProgram, LineWorkspace};
+pub use points::points;

@@ -1,0 +1,138 @@
+//! What a program reads instead of computing: uniform values and tables.
+//!
+//! All sampling programs of an expression share one numbering of the uniform values and of the
+//! tables along each axis, made when the program is bound to coordinates and parameter values.
+
+use super::interpret;
+use super::schedule::Schedule;
+use super::tape::Position;
+use crate::expr::{Failure, Graph, NodeId};
+use crate::geom::Axis;
+use rustc_hash::FxHashMap;
+
+/// The nodes whose values are made beforehand, numbered.
+#[derive(Clone, Debug, Default)]
+pub struct Leaves {
+    uniforms: Vec<NodeId>,
+    tables: [Vec<NodeId>; 3],
+    numbers: FxHashMap<NodeId, u32>,
+}
+
+impl Leaves {
+    /// The leaves of a brick program and the three line programs.
+    #[must_use]
+    pub fn new(brick: &Schedule, lines: &[Schedule; 3]) -> Self {
+        let mut leaves = Self::default();
+        leaves.collect(brick, |_| true);
+        for (schedule, axis) in lines.iter().zip(Axis::ALL) {
+            // Values along the line's own axis are computed where no node is.
+            leaves.collect(schedule, |p| !schedule.tape().axes(p).contains(axis));
+        }
+        leaves
+    }
+
+    /// Adds the values on at most one axis that others, or the outputs, are made from.
+    fn collect(&mut self, schedule: &Schedule, tabulated: impl Fn(Position) -> bool) {
+        let tape = schedule.tape();
+        for user in tape.positions() {
+            let axes = tape.axes(user);
+            for &p in tape.op(user).operands().iter().filter(|&&p| tape.axes(p) != axes) {
+                self.add(schedule, p, &tabulated);
+            }
+        }
+        for &p in tape.outputs() {
+            self.add(schedule, p, &tabulated);
+        }
+    }
+
+    fn add(&mut self, schedule: &Schedule, p: Position, tabulated: impl Fn(Position) -> bool) {
+        let (axes, node) = (schedule.tape().axes(p), schedule.tape().node(p));
+        let list = match (axes.iter().next(), axes.len()) {
+            (None, _) => &mut self.uniforms,
+            (Some(axis), 1) if tabulated(p) => &mut self.tables[axis.index()],
+            (Some(_), _) => return,
+        };
+        self.numbers.entry(node).or_insert_with(|| {
+            list.push(node);
+            list.len() as u32 - 1
+        });
+    }
+
+    /// Whether `node` is a leaf.
+    #[must_use]
+    pub fn has(&self, node: NodeId) -> bool {
+        self.numbers.contains_key(&node)
+    }
+
+    /// Number of the uniform value or table of `node`.
+    ///
+    /// # Panics
+    /// If `node` is not a leaf.
+    #[must_use]
+    pub fn number(&self, node: NodeId) -> u32 {
+        self.numbers[&node]
+    }
+
+    /// Number of uniform values.
+    #[must_use]
+    pub fn uniform_count(&self) -> usize {
+        self.uniforms.len()
+    }
+
+    /// Number of tables along each axis.
+    #[must_use]
+    pub fn table_counts(&self) -> [usize; 3] {
+        self.tables.each_ref().map(Vec::len)
+    }
+
+    /// The values of the leaves for the given coordinates and parameters.
+    ///
+    /// # Errors
+    /// [`Failure`] of an oracle on fewer than two axes.
+    pub fn evaluate(
+        &self,
+        graph: &Graph,
+        coordinates: &[Vec<f64>; 3],
+        parameters: &[f64],
+    ) -> Result<LeafValues, Failure> {
+        let one = [0.0];
+        let mut uniforms = vec![0.0; self.uniforms.len()];
+        let mut out: Vec<&mut [f64]> = uniforms.chunks_mut(1).collect();
+        interpret::points(graph, &self.uniforms, [&one; 3], parameters, &mut out)?;
+        let mut tables = [const { Vec::new() }; 3];
+        for axis in Axis::ALL {
+            let along = &coordinates[axis.index()];
+            let zeros = vec![0.0; along.len()];
+            let at = Axis::ALL.map(|a| if a == axis { &along[..] } else { &zeros[..] });
+            let nodes = &self.tables[axis.index()];
+            let mut values = vec![0.0; nodes.len() * along.len()];
+            let mut out: Vec<&mut [f64]> = values.chunks_mut(along.len().max(1)).collect();
+            interpret::points(graph, nodes, at, parameters, &mut out)?;
+            tables[axis.index()] = values;
+        }
+        let lengths = coordinates.each_ref().map(Vec::len);
+        Ok(LeafValues { uniforms, tables, lengths })
+    }
+}
+
+/// The values of the leaves of a bound program.
+#[derive(Clone, Debug, Default)]
+pub struct LeafValues {
+    /// The uniform values by number.
+    pub uniforms: Vec<f64>,
+    /// The tables along each axis, one after the other by number.
+    pub tables: [Vec<f64>; 3],
+    /// Length of each table of an axis: the number of coordinates.
+    pub lengths: [usize; 3],
+}
+
+impl LeafValues {
+    /// Table `number` along `axis`, from coordinate `first` on.
+    #[must_use]
+    #[inline]
+    pub fn table(&self, axis: Axis, number: u32, first: usize) -> &[f64] {
+        let a = axis.index();
+        let start = number as usize * self.lengths[a];
+        &self.tables[a][start + first..start + self.lengths[a]]
+    }
+}
