@@ -1,2 +1,7 @@
 //! The `alveole` command.
-fn main() {}
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    alveole::cli::run(std::env::args_os())
+}

@@ -36,6 +36,7 @@ use crate::geom::Axis;
 use crate::mesh::Sink;
 use crate::num::{Cancelled, Progress};
 use crate::octree::{Pruning, subdivide};
+use serde::{Serialize, Serializer};
 use std::time::{Duration, Instant};
 
 /// What the caller of [`contour`] chooses.
@@ -46,7 +47,7 @@ pub struct Settings {
 }
 
 /// What [`contour`] did.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Report {
     /// Vertices of the mesh.
     pub vertices: u64,
@@ -68,24 +69,37 @@ pub struct Report {
 
 /// Time spent in each stage: by the clock in `subdivide` and `total`, summed over threads
 /// elsewhere.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Stages {
     /// Interval subdivision.
+    #[serde(serialize_with = "seconds")]
     pub subdivide: Duration,
     /// Sampling signs.
+    #[serde(serialize_with = "seconds")]
     pub sample: Duration,
     /// Counting vertices and triangles.
+    #[serde(serialize_with = "seconds")]
     pub count: Duration,
     /// Numbering the vertices of bricks.
+    #[serde(serialize_with = "seconds")]
     pub number: Duration,
     /// Placing vertices.
+    #[serde(serialize_with = "seconds")]
     pub place: Duration,
     /// Making triangles.
+    #[serde(serialize_with = "seconds")]
     pub faces: Duration,
     /// Handing pieces to the sink.
+    #[serde(serialize_with = "seconds")]
     pub write: Duration,
     /// Everything.
+    #[serde(serialize_with = "seconds")]
     pub total: Duration,
+}
+
+/// Times are numbers of seconds for machines.
+fn seconds<S: Serializer>(time: &Duration, to: S) -> Result<S::Ok, S::Error> {
+    to.serialize_f64(time.as_secs_f64())
 }
 
 /// Why there is no mesh.

@@ -11,6 +11,8 @@ pub struct Diagnostic {
     pub labels: Vec<Label>,
     /// What to do about it.
     pub cure: Option<String>,
+    /// Whether the text is right and a file that it names is at fault.
+    pub is_of_a_file: bool,
 }
 
 /// A place in the text and what is there.
@@ -26,13 +28,20 @@ impl Diagnostic {
     /// The fault `message`, with neither place nor cure.
     #[must_use]
     pub fn new(message: impl Into<String>) -> Self {
-        Self { message: message.into(), labels: Vec::new(), cure: None }
+        Self { message: message.into(), labels: Vec::new(), cure: None, is_of_a_file: false }
     }
 
     /// Adds the place `span`, where `text` is.
     #[must_use]
     pub fn at(mut self, span: Span, text: impl Into<String>) -> Self {
         self.labels.push(Label { span, text: text.into() });
+        self
+    }
+
+    /// Says that a file is at fault, not the text that names it.
+    #[must_use]
+    pub fn of_a_file(mut self) -> Self {
+        self.is_of_a_file = true;
         self
     }
 

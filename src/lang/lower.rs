@@ -14,7 +14,7 @@ use crate::expr::{Graph, NodeId, Output};
 use crate::solid::{Solid, Values};
 use rustc_hash::FxHashMap;
 
-/// The intersection of what `items` leave on the stack, in `graph`.
+/// The intersection of what `items` leave on the stack, in `graph`, and its operands.
 ///
 /// The parameters become those of the graph, slot by slot.
 ///
@@ -26,7 +26,7 @@ pub fn run(
     vocabulary: &dyn Vocabulary,
     loader: &mut dyn Loader,
     parameters: &[(String, f64)],
-) -> Result<Solid, Vec<Diagnostic>> {
+) -> Result<(Solid, Vec<Solid>), Vec<Diagnostic>> {
     let nodes = parameters
         .iter()
         .map(|(name, value)| (name.clone(), graph.parameter(name, *value)))
@@ -51,10 +51,14 @@ pub fn run(
     if !faults.is_empty() {
         return Err(faults);
     }
-    Solid::intersection_of(graph, stack).ok_or_else(|| {
-        let fault = Diagnostic::new("the program has no shape");
-        vec![fault.cure("give at least one shape, mesh file or equation")]
-    })
+    let operands = stack.clone();
+    match Solid::intersection_of(graph, stack) {
+        Some(solid) => Ok((solid, operands)),
+        None => {
+            let fault = Diagnostic::new("the program has no shape");
+            Err(vec![fault.cure("give at least one shape, mesh file or equation")])
+        }
+    }
 }
 
 /// Why a step failed, and whether steps after it make no sense.
@@ -126,7 +130,7 @@ impl Machine<'_> {
                 }
                 Err(refusal) => {
                     let message = format!("can't read the mesh `{path}`: {refusal}");
-                    let faults = vec![Diagnostic::new(message).at(span, "")];
+                    let faults = vec![Diagnostic::new(message).at(span, "").of_a_file()];
                     return Err(Failed { faults, is_final: false });
                 }
             },

@@ -17,6 +17,7 @@ pub mod infix;
 pub mod lexer;
 pub mod lower;
 pub mod names;
+pub mod numbers;
 pub mod source;
 pub mod stack;
 pub mod syntax;
@@ -40,6 +41,8 @@ pub struct Program {
     pub graph: Graph,
     /// The intersection of what the text leaves on the stack.
     pub solid: Solid,
+    /// What the text leaves on the stack: the operands of that intersection, in order.
+    pub operands: Vec<Solid>,
     /// The text, for messages about the solid's spans.
     pub sources: Sources,
 }
@@ -74,11 +77,11 @@ pub fn parse(
         }
         let items = stack::read(&words, vocabulary, &*loader, parameters)?;
         let mut graph = Graph::new();
-        let solid = lower::run(&items, &mut graph, vocabulary, loader, parameters)?;
-        Ok((graph, solid))
+        let (solid, operands) = lower::run(&items, &mut graph, vocabulary, loader, parameters)?;
+        Ok((graph, solid, operands))
     });
     match solid {
-        Ok((graph, solid)) => Ok(Program { graph, solid, sources }),
+        Ok((graph, solid, operands)) => Ok(Program { graph, solid, operands, sources }),
         Err(diagnostics) => Err(Rejected { diagnostics, sources }),
     }
 }

@@ -6,7 +6,7 @@
 //!
 //! Source: the Cesogen paper has `@file` without quotes, comments or nesting; those are ours.
 
-use super::{Diagnostic, Loader, Sources, Span};
+use super::{Diagnostic, Loader, Rejected, Sources, Span};
 
 /// Files within files, at most.
 const DEPTH_LIMIT: usize = 16;
@@ -81,7 +81,7 @@ fn included(
     }
     let text = loader
         .text(path)
-        .map_err(|refusal| fault(format!("can't read `{path}`: {refusal}"), ""))?;
+        .map_err(|refusal| fault(format!("can't read `{path}`: {refusal}"), "").of_a_file())?;
     *size += text.len();
     if *size > SIZE_LIMIT {
         let limit = SIZE_LIMIT >> 20;
@@ -89,6 +89,19 @@ fn included(
     }
     let source = sources.add(path, text);
     split(&sources.all()[source as usize].text, source)
+}
+
+/// The words of a program that is written as one text, with quotes and comments as in files.
+///
+/// # Errors
+/// [`Rejected`] when a quote is not closed.
+pub fn of(text: &str) -> Result<Vec<String>, Rejected> {
+    let mut sources = Sources::new(&[]);
+    let source = sources.add("program", text.to_owned());
+    match split(text, source) {
+        Ok(words) => Ok(words.into_iter().rev().map(|word| word.text).collect()),
+        Err(fault) => Err(Rejected { diagnostics: vec![fault], sources }),
+    }
 }
 
 /// The words of `text`, last first.

@@ -1,1 +1,6 @@
-//! Volume, area and density.
+//! Quantities of a solid: densities and wall thickness.
+//!
+//! Measures of a mesh by itself (volume, area, topology, quality) are in
+//! [`mesh::measure`](crate::mesh::measure); here is what also needs the field or the box.
+
+pub mod walls;

@@ -1,0 +1,129 @@
+//! The arguments of both commands.
+//!
+//! Options come first; everything from the first operand on belongs to the program, whatever it
+//! begins with, and `--` ends the options early.
+
+use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint};
+use clap_complete::Shell;
+use std::path::PathBuf;
+
+/// Cellular solids from the command line: lattices, foams and filled parts as watertight meshes.
+#[derive(Debug, Parser)]
+#[command(name = "alveole", version, about, max_term_width = 100)]
+pub(super) struct Alveole {
+    #[command(subcommand)]
+    pub(super) command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub(super) enum Command {
+    /// Mesh the solid that a program describes
+    Mesh(MeshArguments),
+    /// List the words that programs are made of
+    List(ListArguments),
+    /// Measure the solid that a program describes: volume, density, area, topology, quality
+    Measure(MeasureArguments),
+    /// Check and measure a mesh file
+    Check(CheckArguments),
+    /// Print a completion script for a shell
+    #[command(hide = true)]
+    Completions {
+        /// The shell
+        shell: Shell,
+    },
+}
+
+/// Generate cellular solid meshes from signed distance functions.
+#[derive(Debug, Parser)]
+#[command(name = "cesogen", version, about, max_term_width = 100)]
+pub(super) struct Cesogen {
+    #[command(flatten)]
+    pub(super) mesh: MeshArguments,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct MeshArguments {
+    /// Mesh file to write, its format by extension (.ply .stl .obj .off); `-` for standard output
+    #[arg(short, long, value_name = "FILE", default_value = "out.ply", value_hint = ValueHint::FilePath)]
+    pub(super) output: PathBuf,
+
+    /// Coordinates in the file as 32-bit or 64-bit numbers; by default single where it is exact enough
+    #[arg(long, value_enum, value_name = "PRECISION")]
+    pub(super) precision: Option<PrecisionArgument>,
+
+    #[command(flatten)]
+    pub(super) work: WorkArguments,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct MeasureArguments {
+    /// Print JSON instead of a table
+    #[arg(long)]
+    pub(super) json: bool,
+
+    #[command(flatten)]
+    pub(super) work: WorkArguments,
+}
+
+/// What every command takes that contours a solid.
+#[derive(Debug, Args)]
+pub(super) struct WorkArguments {
+    /// Grid spacing, one length or one an axis; equations allowed [default: longest side / 100]
+    #[arg(short, long, value_name = "S|SX,SY,SZ")]
+    pub(super) spacing: Option<String>,
+
+    /// Box to contour in place of the solid's own: least and greatest corner, equations allowed
+    #[arg(long, value_name = "X0,Y0,Z0,X1,Y1,Z1", allow_hyphen_values = true)]
+    pub(super) bounds: Option<String>,
+
+    /// Threads to use [default: all processors]; the result does not depend on it
+    #[arg(long, value_name = "N")]
+    pub(super) threads: Option<std::num::NonZeroUsize>,
+
+    /// Say nothing but errors
+    #[arg(short, long)]
+    pub(super) quiet: bool,
+
+    /// Write timings, counts and peak memory to a JSON file
+    #[arg(long, value_name = "FILE.json", value_hint = ValueHint::FilePath)]
+    pub(super) stats: Option<PathBuf>,
+
+    /// The program: shapes, mesh files, equations and operations in postfix order
+    #[arg(required = true, trailing_var_arg = true, value_name = "PROGRAM", value_hint = ValueHint::AnyPath)]
+    pub(super) program: Vec<String>,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct ListArguments {
+    /// Words to explain in full; all, in short, by default
+    #[arg(value_name = "WORD")]
+    pub(super) words: Vec<String>,
+
+    /// Print JSON instead of a table
+    #[arg(long)]
+    pub(super) json: bool,
+
+    /// Print the reference as Markdown
+    #[arg(long, conflicts_with = "json")]
+    pub(super) markdown: bool,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct CheckArguments {
+    /// Mesh file to check
+    #[arg(value_name = "MESH", value_hint = ValueHint::FilePath)]
+    pub(super) mesh: PathBuf,
+
+    /// Print JSON instead of a table
+    #[arg(long)]
+    pub(super) json: bool,
+}
+
+/// How coordinates are stored in the file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum PrecisionArgument {
+    /// 32-bit floating point
+    Single,
+    /// 64-bit floating point
+    Double,
+}

@@ -1,0 +1,44 @@
+//! Leaving nothing behind when the program is interrupted.
+//!
+//! On Ctrl-C, and on the termination and hang-up signals, the unfinished output is removed and the
+//! process ends with code 130. The handler runs on a thread of its own.
+
+use std::path::PathBuf;
+use std::process;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+/// The exit code of an interrupted run, as shells report it.
+pub(super) const INTERRUPTED: i32 = 130;
+
+/// The file to remove on interruption. Holding the lock keeps the handler waiting.
+static UNFINISHED: Mutex<Option<PathBuf>> = Mutex::new(None);
+
+fn unfinished() -> MutexGuard<'static, Option<PathBuf>> {
+    UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Installs the handler; without one (a second call, an exotic system) interruption ends the
+/// process as the system does.
+#[allow(clippy::exit, reason = "a signal handler has no caller to return to")]
+pub(super) fn install() {
+    let _ = ctrlc::set_handler(|| {
+        if let Some(path) = unfinished().take() {
+            let _ = std::fs::remove_file(path);
+        }
+        process::exit(INTERRUPTED);
+    });
+}
+
+/// Runs `create`, which makes a file and tells its path, with interruption held back until the
+/// path is known.
+pub(super) fn guard<T, E>(create: impl FnOnce() -> Result<(T, PathBuf), E>) -> Result<T, E> {
+    let mut unfinished = unfinished();
+    let (made, path) = create()?;
+    *unfinished = Some(path);
+    Ok(made)
+}
+
+/// The file is finished or gone: nothing is left to remove.
+pub(super) fn forget() {
+    *unfinished() = None;
+}

@@ -1,0 +1,76 @@
+//! `alveole mesh`, and all of `cesogen`: program text to mesh file.
+
+use super::args::{MeshArguments, PrecisionArgument};
+use super::bar::with_bar;
+use super::output::Output;
+use super::report::{self, Trouble};
+use super::{stats, work};
+use crate::contour::needs_double;
+use crate::job::{Report, Spacing, longest_edge};
+use crate::mesh::io::{self, FileSink, Format, Precision};
+use crate::mesh::sink::Collect;
+use crate::num::Progress;
+use std::io::BufWriter;
+use std::path::Path;
+use std::time::Instant;
+
+/// Writes the mesh of the program.
+pub(super) fn run(name: &str, arguments: &MeshArguments) -> Result<(), Trouble> {
+    let start = Instant::now();
+    let MeshArguments { output, precision, work: common } = arguments;
+    let format = format(output)?;
+    let work::Work { job, settings } = work::prepare(name, common)?;
+    let grid = job.grid(&settings)?;
+    if settings.spacing == Spacing::Hundredth && !common.quiet {
+        report::say(&format!("{name}: grid spacing {} (choose with -s)", longest_edge(&grid)));
+    }
+    let precision = match precision {
+        Some(PrecisionArgument::Single) => Precision::Single,
+        Some(PrecisionArgument::Double) => Precision::Double,
+        None if needs_double(&grid) => Precision::Double,
+        None => Precision::Single,
+    };
+    let output = Output::open(output)?;
+    let progress = Progress::new();
+    let bar = !common.quiet;
+    let report = if output.is_seekable() {
+        let file = output.file().try_clone().map_err(|error| output.failure(error))?;
+        let mut sink = FileSink::new(file, format, precision)?;
+        let report =
+            with_bar(&progress, bar, || job.contour(&grid, &settings, &progress, &mut sink))?;
+        sink.finish()?;
+        report
+    } else {
+        let mut sink = Collect::default();
+        let report =
+            with_bar(&progress, bar, || job.contour(&grid, &settings, &progress, &mut sink))?;
+        let mut out = BufWriter::with_capacity(1 << 20, output.file());
+        io::write(&sink.into_mesh(), format, precision, &mut out)?;
+        out.into_inner().map_err(|error| output.failure(error.into_error()))?;
+        report
+    };
+    output.finish()?;
+    if !common.quiet {
+        report::remarks(name, &report);
+    }
+    write_stats(common.stats.as_deref(), &report, start)
+}
+
+/// Writes the statistics of a run, if they are wanted.
+pub(super) fn write_stats(
+    path: Option<&Path>,
+    report: &Report,
+    start: Instant,
+) -> Result<(), Trouble> {
+    path.map_or(Ok(()), |path| stats::write(path, report, start.elapsed()))
+}
+
+/// The format of an output: by extension; PLY where there is none on what is no regular file.
+fn format(output: &Path) -> Result<Format, Trouble> {
+    let named = Format::from_path(output);
+    let is_stream = output == Path::new("-")
+        || std::fs::metadata(output).is_ok_and(|data| !data.is_file() && !data.is_dir());
+    named
+        .or(is_stream.then_some(Format::Ply))
+        .ok_or_else(|| Trouble::Format { name: output.display().to_string() })
+}

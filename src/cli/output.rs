@@ -1,0 +1,254 @@
+//! Output files that appear complete or not at all.
+//!
+//! A regular target is written beside under a unique, locked name and renamed when it is whole;
+//! symbolic links are resolved first, so that the link stays and its target changes. Leftovers of
+//! runs that were killed are recognised by their released lock and removed. A target that is no
+//! regular file (a device, a pipe, standard output) is written to directly.
+
+use super::interrupt;
+use std::fs::{self, File};
+use std::io::{self, Seek, SeekFrom};
+use std::path::{Path, PathBuf};
+use tempfile::TempPath;
+
+/// Ends the name of an output that is still being written.
+const UNFINISHED: &str = ".alveole-part";
+
+/// Why an output could not be opened or finished.
+#[derive(Debug, thiserror::Error)]
+pub(super) enum OutputError {
+    /// The folder or file can't be written.
+    #[error("cannot write `{}`: {source}", path.display())]
+    Write {
+        /// The output as named by the user.
+        path: PathBuf,
+        /// The system's reason.
+        source: io::Error,
+    },
+    /// The output is a folder.
+    #[error("cannot write `{}`: it is a folder; name a file in it", path.display())]
+    Folder {
+        /// The output as named by the user.
+        path: PathBuf,
+    },
+}
+
+/// An output being written.
+#[derive(Debug)]
+pub(super) struct Output {
+    named: PathBuf,
+    file: File,
+    replacement: Option<(TempPath, PathBuf)>,
+    seekable: bool,
+}
+
+impl Output {
+    /// Opens `path` for writing; `-` is standard output.
+    ///
+    /// One output is open at a time: an interruption removes the last one opened.
+    pub(super) fn open(path: &Path) -> Result<Self, OutputError> {
+        let named = path.to_owned();
+        let failed = |source| OutputError::Write { path: named.clone(), source };
+        if path == Path::new("-") {
+            let file = standard_output().map_err(failed)?;
+            return Ok(Self { named, file, replacement: None, seekable: false });
+        }
+        let target = resolve(path).map_err(failed)?;
+        match fs::metadata(&target) {
+            Ok(data) if data.is_dir() => Err(OutputError::Folder { path: named }),
+            Ok(data) if !data.is_file() => {
+                let mut file = File::options().write(true).open(&target).map_err(failed)?;
+                let seekable = file.seek(SeekFrom::Start(0)).is_ok();
+                Ok(Self { named, file, replacement: None, seekable })
+            }
+            existing => {
+                let permissions = existing.ok().map(|data| data.permissions());
+                let (file, temporary) = beside(&target, permissions).map_err(failed)?;
+                Ok(Self { named, file, replacement: Some((temporary, target)), seekable: true })
+            }
+        }
+    }
+
+    /// The open file.
+    pub(super) fn file(&self) -> &File {
+        &self.file
+    }
+
+    /// Whether the file takes writes at positions; otherwise it is written front to back.
+    pub(super) fn is_seekable(&self) -> bool {
+        self.seekable
+    }
+
+    /// Makes the output visible under its name.
+    pub(super) fn finish(mut self) -> Result<(), OutputError> {
+        match self.replacement.take() {
+            Some((temporary, target)) => {
+                let result = temporary.persist(&target);
+                interrupt::forget();
+                result.map_err(|error| self.failure(error.error))
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// The error of a failed write to this output.
+    pub(super) fn failure(&self, source: io::Error) -> OutputError {
+        OutputError::Write { path: self.named.clone(), source }
+    }
+}
+
+impl Drop for Output {
+    fn drop(&mut self) {
+        if self.replacement.is_some() {
+            interrupt::forget();
+        }
+    }
+}
+
+/// A new locked file in the folder of `target`, removed if the program is interrupted.
+fn beside(target: &Path, permissions: Option<fs::Permissions>) -> io::Result<(File, TempPath)> {
+    let folder = match target.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        Some(_) | None => Path::new("."),
+    };
+    let name =
+        target.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+    let prefix = format!(".{name}.");
+    remove_leftovers(folder, &prefix);
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(&prefix).suffix(UNFINISHED);
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        // The process' umask applies to this, as to any new file.
+        builder.permissions(fs::Permissions::from_mode(0o666));
+    }
+    interrupt::guard(|| {
+        let (file, path) = builder.tempfile_in(folder)?.into_parts();
+        let name = path.to_path_buf();
+        // A file system without locks only loses the recognition of leftovers.
+        let _ = file.try_lock();
+        if let Some(permissions) = permissions {
+            fs::set_permissions(&path, permissions)?;
+        }
+        Ok(((file, path), name))
+    })
+}
+
+/// Removes unfinished files of the same output whose writer is gone.
+fn remove_leftovers(folder: &Path, prefix: &str) {
+    let Ok(entries) = fs::read_dir(folder) else { return };
+    for entry in entries.flatten() {
+        let name = entry.file_name();
+        let Some(name) = name.to_str() else { continue };
+        if name.starts_with(prefix) && name.ends_with(UNFINISHED) {
+            let path = entry.path();
+            let abandoned =
+                File::options().write(true).open(&path).is_ok_and(|file| file.try_lock().is_ok());
+            if abandoned {
+                // Whoever else finds it first removes it as well.
+                let _ = fs::remove_file(&path);
+            }
+        }
+    }
+}
+
+/// `path` with symbolic links at its end followed, also to a file that does not exist yet.
+fn resolve(path: &Path) -> io::Result<PathBuf> {
+    /// As many links as common systems follow.
+    const MOST_LINKS: usize = 40;
+    let mut path = path.to_owned();
+    for _ in 0..MOST_LINKS {
+        match fs::read_link(&path) {
+            Ok(next) => {
+                path = path.parent().map_or_else(|| next.clone(), |folder| folder.join(&next))
+            }
+            Err(_) => return Ok(path),
+        }
+    }
+    Err(io::Error::other("too many levels of symbolic links"))
+}
+
+/// Standard output as a file of its own, without the line buffer.
+#[cfg(unix)]
+fn standard_output() -> io::Result<File> {
+    use std::os::fd::AsFd;
+    Ok(io::stdout().as_fd().try_clone_to_owned()?.into())
+}
+
+/// Standard output as a file of its own, without the line buffer.
+#[cfg(windows)]
+fn standard_output() -> io::Result<File> {
+    use std::os::windows::io::AsHandle;
+    Ok(io::stdout().as_handle().try_clone_to_owned()?.into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::Write;
+
+    fn names(folder: &Path) -> Vec<String> {
+        let mut names: Vec<_> = fs::read_dir(folder)
+            .unwrap()
+            .map(|e| e.unwrap().file_name().into_string().unwrap())
+            .collect();
+        names.sort();
+        names
+    }
+
+    #[test]
+    fn an_output_appears_only_when_it_is_finished() {
+        let folder = tempfile::tempdir().unwrap();
+        let target = folder.path().join("out.ply");
+        let output = Output::open(&target).unwrap();
+        output.file().write_all(b"whole").unwrap();
+        assert!(!target.exists());
+        output.finish().unwrap();
+        assert_eq!(fs::read(&target).unwrap(), b"whole");
+        assert_eq!(names(folder.path()), ["out.ply"]);
+    }
+
+    #[test]
+    fn an_abandoned_output_leaves_the_old_one_alone() {
+        let folder = tempfile::tempdir().unwrap();
+        let target = folder.path().join("out.ply");
+        fs::write(&target, b"old").unwrap();
+        let output = Output::open(&target).unwrap();
+        output.file().write_all(b"half").unwrap();
+        drop(output);
+        assert_eq!(fs::read(&target).unwrap(), b"old");
+        assert_eq!(names(folder.path()), ["out.ply"]);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_stays_and_its_target_changes() {
+        let folder = tempfile::tempdir().unwrap();
+        let (target, link) = (folder.path().join("real.ply"), folder.path().join("link.ply"));
+        std::os::unix::fs::symlink("real.ply", &link).unwrap();
+        let output = Output::open(&link).unwrap();
+        output.file().write_all(b"new").unwrap();
+        output.finish().unwrap();
+        assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
+        assert_eq!(fs::read(&target).unwrap(), b"new");
+    }
+
+    #[test]
+    fn leftovers_of_killed_runs_are_removed_and_live_ones_kept() {
+        let folder = tempfile::tempdir().unwrap();
+        let target = folder.path().join("out.ply");
+        fs::write(folder.path().join(".out.ply.dead.alveole-part"), b"half").unwrap();
+        let live = File::create(folder.path().join(".out.ply.live.alveole-part")).unwrap();
+        live.lock().unwrap();
+        Output::open(&target).unwrap().finish().unwrap();
+        assert_eq!(names(folder.path()), [".out.ply.live.alveole-part", "out.ply"]);
+    }
+
+    #[test]
+    fn a_folder_is_refused_by_name() {
+        let folder = tempfile::tempdir().unwrap();
+        let error = Output::open(folder.path()).unwrap_err().to_string();
+        assert!(error.contains("it is a folder"), "{error}");
+    }
+}

@@ -1,0 +1,258 @@
+//! What is said to the user, and where: the only printing of the program.
+//!
+//! Results go to standard output, everything else to standard error. Nothing here fails: a reader
+//! that closed the pipe early ends the printing, not the work.
+
+use super::output::OutputError;
+use crate::contour;
+use crate::geom::Axis;
+use crate::job::{self, MeshNote};
+use crate::lang::{Diagnostic, Place, Sources};
+use crate::mesh::io::{ReadError, WriteError};
+use crate::solid::Span;
+use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
+use std::io::{IsTerminal, Write, stderr, stdout};
+use std::ops::Range;
+use std::process::ExitCode;
+
+/// Longest piece of a line that a message shows, in bytes.
+const SHOWN: usize = 1 << 10;
+
+/// Why a command ended without its result.
+#[derive(Debug, thiserror::Error)]
+pub(super) enum Trouble {
+    /// The arguments are wrong, or help was asked for.
+    #[error(transparent)]
+    Usage(clap::Error),
+    /// The value of an option is wrong.
+    #[error("`{option} {text}`: {fault}")]
+    Value {
+        /// The option.
+        option: &'static str,
+        /// Its value.
+        text: String,
+        /// What is wrong with it.
+        fault: ValueFault,
+    },
+    /// A number in the value of an option can't be read.
+    #[error("{}", diagnostic.message)]
+    Number {
+        /// What is wrong.
+        diagnostic: Box<Diagnostic>,
+        /// The value.
+        sources: Box<Sources>,
+    },
+    /// The output's name does not say its format.
+    #[error(
+        "`{name}`: the extension names no mesh format that can be written; use .ply, .stl, .obj or .off"
+    )]
+    Format {
+        /// The output as the user named it.
+        name: String,
+    },
+    /// A word that is asked for does not exist.
+    #[error("there is no word `{word}`{}", hint(near))]
+    Word {
+        /// The word.
+        word: String,
+        /// Words of similar spelling.
+        near: Vec<String>,
+    },
+    /// The job failed.
+    #[error(transparent)]
+    Job(#[from] job::Error),
+    /// The output could not be written.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    /// The output's format can't hold the mesh.
+    #[error(transparent)]
+    Write(#[from] WriteError),
+    /// A mesh file could not be read.
+    #[error(transparent)]
+    Read(#[from] ReadError),
+    /// A mesh file was read and is not sound.
+    #[error("the mesh has defects")]
+    Defects,
+}
+
+/// What is wrong with the value of an option.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub(super) enum ValueFault {
+    /// The spacing has a wrong number of components.
+    #[error("takes one number, or three with commas between")]
+    SpacingCount,
+    /// The spacing is zero, negative or not finite.
+    #[error("must be positive, as in `-s 0.05` or `-s 2/60`")]
+    SpacingSign,
+    /// The bounds have a wrong number of components.
+    #[error("takes six numbers, as in `--bounds -1,-1,-1,1,1,1`")]
+    BoundsCount,
+    /// The bounds are empty or not finite along an axis.
+    #[error("runs from {lo} to {hi} along {axis:?}; give finite corners, the least first")]
+    BoundsOrder {
+        /// The axis.
+        axis: Axis,
+        /// Its first bound.
+        lo: f64,
+        /// Its second bound.
+        hi: f64,
+    },
+}
+
+fn hint(near: &[String]) -> String {
+    match near {
+        [] => "; `alveole list` shows them all".to_owned(),
+        near => format!("; did you mean `{}`?", near.join("`, `")),
+    }
+}
+
+/// Says what went wrong and returns the exit code for it.
+pub(super) fn trouble(name: &str, trouble: &Trouble) -> ExitCode {
+    match trouble {
+        Trouble::Usage(error) => {
+            // Help and version are asked for and go to standard output, with code 0.
+            let _ = error.print();
+            return ExitCode::from(u8::from(error.use_stderr()) * 2);
+        }
+        Trouble::Job(job::Error::Program(rejected)) => {
+            for diagnostic in &rejected.diagnostics {
+                explain(name, diagnostic, &rejected.sources);
+            }
+        }
+        Trouble::Job(job::Error::Bounds { diagnostic, sources })
+        | Trouble::Number { diagnostic, sources } => explain(name, diagnostic, sources),
+        Trouble::Value { .. }
+        | Trouble::Format { .. }
+        | Trouble::Word { .. }
+        | Trouble::Job(_)
+        | Trouble::Output(_)
+        | Trouble::Write(_)
+        | Trouble::Read(_) => say(&format!("{name}: {trouble}")),
+        Trouble::Defects => {}
+    }
+    ExitCode::from(code(trouble))
+}
+
+/// 2 where the command line or the program text is wrong, 1 where the work failed.
+fn code(trouble: &Trouble) -> u8 {
+    match trouble {
+        Trouble::Usage(_)
+        | Trouble::Value { .. }
+        | Trouble::Number { .. }
+        | Trouble::Format { .. }
+        | Trouble::Word { .. } => 2,
+        Trouble::Job(error) => match error {
+            job::Error::Program(rejected) => {
+                // A file that can't be read is no fault of the text that names it.
+                if rejected.diagnostics.iter().all(|d| d.is_of_a_file) { 1 } else { 2 }
+            }
+            job::Error::Grid(_) => 2,
+            job::Error::Bounds { .. }
+            | job::Error::Compile(_)
+            | job::Error::Contour(_)
+            | job::Error::Empty { .. } => 1,
+        },
+        Trouble::Output(_) | Trouble::Write(_) | Trouble::Read(_) | Trouble::Defects => 1,
+    }
+}
+
+/// Says a line on standard error.
+pub(super) fn say(line: &str) {
+    let _ = writeln!(stderr().lock(), "{line}");
+}
+
+/// Prints a result on standard output.
+pub(super) fn print(text: &str) {
+    let mut out = stdout().lock();
+    let _ = out.write_all(text.as_bytes()).and_then(|()| out.flush());
+}
+
+/// Says how a mesh file was understood, where there is something to say.
+pub(super) fn mesh_note(name: &str, note: &MeshNote) {
+    for remark in note.remarks() {
+        say(&format!("{name}: `{}`: {remark}", note.path));
+    }
+}
+
+/// Says what the user should know of a contouring: not-a-numbers and thin walls.
+pub(super) fn remarks(name: &str, report: &job::Report) {
+    let contour::Report { nans, .. } = report.contour;
+    if nans > 0 {
+        say(&format!(
+            "{name}: warning: the field is not a number at {nans} grid nodes, which count as outside"
+        ));
+    }
+    if let Some(walls) = report.walls.filter(|walls| walls.thin_fraction > 0.0) {
+        say(&format!(
+            "{name}: warning: walls are as thin as {:.4}, and {:.1} % of their area is thinner than two grid \
+             spacings ({:.4}): they may come out light or with holes; give a smaller spacing",
+            walls.minimum,
+            100.0 * walls.thin_fraction,
+            walls.limit
+        ));
+    }
+}
+
+/// Says a diagnostic with its place in the text.
+fn explain(name: &str, diagnostic: &Diagnostic, sources: &Sources) {
+    let renderer = if stderr().is_terminal() { Renderer::styled() } else { Renderer::plain() };
+    say(&format!("{name}: {}", picture(diagnostic, sources, &renderer)));
+}
+
+/// The diagnostic as text: the message, the lines concerned with carets below, the cure.
+fn picture(diagnostic: &Diagnostic, sources: &Sources, renderer: &Renderer) -> String {
+    let Diagnostic { message, labels, cure, .. } = diagnostic;
+    let first = labels.first().map(|label| label.span);
+    let title = match first.and_then(|span| sources.place(span)) {
+        Some(Place::Argument(number)) => format!("{message} (argument {number})"),
+        Some(Place::File { .. }) | None => message.clone(),
+    };
+    let mut group = Level::ERROR
+        .primary_title(title)
+        .elements(Vec::<Snippet<'_, annotate_snippets::Annotation<'_>>>::new());
+    let mut shown = Vec::new();
+    for label in labels {
+        let Some(source) = sources.source(label.span) else { continue };
+        if shown.contains(&label.span.source) {
+            continue;
+        }
+        shown.push(label.span.source);
+        let here = |span: Span| {
+            (span.start as usize).min(source.text.len())..(span.end as usize).min(source.text.len())
+        };
+        let window = window(&source.text, &here(label.span));
+        let line = source.text[..window.start].matches('\n').count() + 1;
+        let mut snippet = Snippet::source(&source.text[window.clone()])
+            .line_start(line)
+            .path(source.file.as_deref());
+        for other in labels.iter().filter(|other| other.span.source == label.span.source) {
+            let range = here(other.span);
+            if range.start < window.start || range.end > window.end {
+                continue;
+            }
+            let kind =
+                if other == &labels[0] { AnnotationKind::Primary } else { AnnotationKind::Context };
+            let text = Some(other.text.as_str()).filter(|text| !text.is_empty());
+            let span = range.start - window.start..range.end - window.start;
+            snippet = snippet.annotation(kind.span(span).label(text));
+        }
+        group = group.element(snippet);
+    }
+    if let Some(cure) = cure {
+        group = group.element(Level::HELP.message(cure.as_str()));
+    }
+    renderer.render(&[group])
+}
+
+/// The part of `text` to show around `place`: all of it, or a piece of a text that is too long.
+fn window(text: &str, place: &Range<usize>) -> Range<usize> {
+    if text.len() <= SHOWN {
+        return 0..text.len();
+    }
+    let near = |at: usize| {
+        (0..=at.min(text.len())).rev().find(|&at| text.is_char_boundary(at)).unwrap_or(0)
+    };
+    let start = near(place.start.saturating_sub(SHOWN / 4));
+    let end = near((place.start + SHOWN / 2).max(place.end.min(start + SHOWN)));
+    start..end
+}

@@ -1,0 +1,86 @@
+//! The files that programs name, read from the file system.
+
+use crate::field::mesh_distance;
+use crate::lang::{Loaded, Loader, Refusal};
+use crate::mesh::io;
+use crate::num::Progress;
+use std::collections::HashMap;
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+use std::sync::Arc;
+
+/// Longest program file that is read, in bytes: far more than any program, far less than memory.
+const LONGEST_TEXT: u64 = 16 << 20;
+
+/// What is to be said about a mesh file that was read.
+#[derive(Clone, Debug)]
+pub struct MeshNote {
+    /// The file, as the program names it.
+    pub path: String,
+    /// What reading it met: polygons, welded vertices, faces dropped.
+    pub reading: io::ReadReport,
+}
+
+impl MeshNote {
+    /// Remarks for the user, one a line, none if all is as it should be.
+    #[must_use]
+    pub fn remarks(&self) -> Vec<String> {
+        let Self { path: _, reading } = self;
+        let mut remarks = Vec::new();
+        if reading.dropped > 0 {
+            remarks.push(format!(
+                "{} of {} faces have no area and were dropped",
+                reading.dropped, reading.faces
+            ));
+        }
+        remarks
+    }
+}
+
+/// Reads files of the file system, each mesh once.
+#[derive(Debug, Default)]
+pub struct Files {
+    meshes: HashMap<String, Loaded>,
+    notes: Vec<MeshNote>,
+}
+
+impl Files {
+    /// What is to be said about the meshes read, in the order of their reading.
+    #[must_use]
+    pub fn into_notes(self) -> Vec<MeshNote> {
+        self.notes
+    }
+}
+
+impl Loader for Files {
+    fn text(&mut self, path: &str) -> Result<String, Refusal> {
+        let refuse = |cause: std::io::Error| Refusal { cause: cause.to_string() };
+        let mut text = String::new();
+        let file = File::open(path).map_err(refuse)?;
+        file.take(LONGEST_TEXT + 1).read_to_string(&mut text).map_err(refuse)?;
+        if text.len() as u64 > LONGEST_TEXT {
+            return Err(Refusal { cause: format!("it is longer than {LONGEST_TEXT} bytes") });
+        }
+        Ok(text)
+    }
+
+    fn is_mesh(&self, word: &str) -> bool {
+        io::is_mesh_path(Path::new(word))
+    }
+
+    fn mesh(&mut self, path: &str) -> Result<Loaded, Refusal> {
+        if let Some(loaded) = self.meshes.get(path) {
+            return Ok(loaded.clone());
+        }
+        let (mesh, reading) = io::read_with(Path::new(path), &Progress::new())
+            .map_err(|error| Refusal { cause: error.to_string() })?;
+        let distance =
+            mesh_distance(&mesh, path).map_err(|error| Refusal { cause: error.to_string() })?;
+        self.notes.push(MeshNote { path: path.to_owned(), reading });
+        let bounds = distance.bounds();
+        let loaded = Loaded { distance: Arc::new(distance), bounds };
+        self.meshes.insert(path.to_owned(), loaded.clone());
+        Ok(loaded)
+    }
+}

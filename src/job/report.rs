@@ -1,0 +1,49 @@
+//! What a contouring did: counts, timings, warnings.
+
+use crate::contour::{self, Grid};
+use crate::geom::Axis;
+use crate::measure::walls::Walls;
+use std::time::Duration;
+
+/// What a contouring did.
+#[derive(Clone, Debug, serde::Serialize)]
+pub struct Report {
+    /// Cells of the grid along each axis.
+    pub cells: [usize; 3],
+    /// The grid's box, least corner then greatest, in model units.
+    pub bounds: [[f64; 3]; 2],
+    /// Counts and stages of the contouring.
+    #[serde(flatten)]
+    pub contour: contour::Report,
+    /// Seconds spent reading the program and its files.
+    pub parse_seconds: f64,
+    /// Seconds spent compiling the field.
+    pub compile_seconds: f64,
+    /// Seconds spent on the axis tables.
+    pub bind_seconds: f64,
+    /// Thickness of the thinnest walls that shells made, if there are any.
+    pub walls: Option<Walls>,
+}
+
+impl Report {
+    pub(super) fn new(
+        grid: &Grid,
+        contour: contour::Report,
+        parse: Duration,
+        compile: Duration,
+        bind: Duration,
+    ) -> Self {
+        let end = |pick: fn(&[f64]) -> Option<&f64>| {
+            Axis::ALL.map(|axis| pick(grid.placed(axis)).copied().unwrap_or_default())
+        };
+        Self {
+            cells: grid.cells(),
+            bounds: [end(<[f64]>::first), end(<[f64]>::last)],
+            contour,
+            parse_seconds: parse.as_secs_f64(),
+            compile_seconds: compile.as_secs_f64(),
+            bind_seconds: bind.as_secs_f64(),
+            walls: None,
+        }
+    }
+}
