@@ -1,0 +1,317 @@
+//! The two binaries, run as a user runs them.
+#![allow(clippy::unwrap_used)]
+
+use alveole::mesh::check::check;
+use alveole::mesh::io::read;
+use alveole::mesh::measure::volume;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+const CESOGEN: &str = env!("CARGO_BIN_EXE_cesogen");
+const ALVEOLE: &str = env!("CARGO_BIN_EXE_alveole");
+
+fn run(binary: &str, folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(binary).args(arguments).current_dir(folder).output().unwrap()
+}
+
+fn cesogen(folder: &Path, arguments: &[&str]) -> Output {
+    run(CESOGEN, folder, arguments)
+}
+
+fn stderr(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+fn stdout(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stdout).into_owned()
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    let mut names: Vec<_> = fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    names
+}
+
+/// Runs cesogen, and returns the volume of the sound mesh that it wrote.
+fn volume_of(arguments: &[&str]) -> f64 {
+    let folder = tempfile::tempdir().unwrap();
+    let output = cesogen(folder.path(), arguments);
+    assert!(output.status.success(), "{arguments:?}: {}", stderr(&output));
+    let written = names(folder.path());
+    assert_eq!(written.len(), 1, "{written:?}");
+    let mesh = read(&folder.path().join(&written[0])).unwrap();
+    let report = check(&mesh);
+    assert!(report.is_sound(), "{arguments:?}: {:?}", report.defects);
+    volume(&mesh)
+}
+
+#[track_caller]
+fn close(found: f64, expected: f64, relative: f64) {
+    assert!(
+        (found / expected - 1.0).abs() <= relative,
+        "{found} is not {expected} within {relative}"
+    );
+}
+
+#[test]
+fn command_lines_of_the_paper_give_their_solids() {
+    let sphere = 4.0 / 3.0 * std::f64::consts::PI;
+    close(volume_of(&["sphere"]), sphere, 2e-3);
+    close(volume_of(&["sphere", "scale", "2,2,2"]), 8.0 * sphere, 2e-3);
+    close(volume_of(&["cylinder", "box"]), 2.0 * std::f64::consts::PI, 2e-3);
+    // Volumes of the gyroid: flatcut of f <= 0.35 fills 0.61291 of the box, the shell 0.22584.
+    close(volume_of(&["-s", "2/60", "gyroid", "dilate", "0.35", "box"]), 4.9033, 3.5e-3);
+    close(
+        volume_of(&["-s", "2/60", "gyroid", "complement", "erode", "0.35", "box"]),
+        8.0 - 4.9033,
+        5e-3,
+    );
+    close(
+        volume_of(&["-s", "2/60", "gyroid", "dilate", "0", "shell", "2*abs(0.35)", "box"]),
+        1.8067,
+        6e-3,
+    );
+    close(volume_of(&["-s", "2/60", "box", "gyroid", "shell", "2*0.35"]), 1.8067, 6e-3);
+    close(volume_of(&["-s", "2/50", "x+y+z-1", "box"]), 8.0 - 8.0 / 6.0, 1e-3);
+}
+
+#[test]
+fn every_format_holds_the_same_solid() {
+    for extension in ["ply", "stl", "obj", "off", "PLY"] {
+        let name = format!("solid.{extension}");
+        close(volume_of(&["-s", "0.1", "-o", &name, "box"]), 8.0, 1e-12);
+    }
+    close(volume_of(&["-s", "0.1", "--precision", "double", "sphere"]), 4.18879, 1e-2);
+}
+
+#[test]
+fn standard_output_takes_a_mesh() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = cesogen(folder.path(), &["-s", "0.5", "-o", "-", "box"]);
+    assert!(output.status.success());
+    assert!(output.stdout.starts_with(b"ply\n"));
+    assert!(names(folder.path()).is_empty());
+}
+
+#[test]
+fn bytes_do_not_depend_on_threads() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, threads: &str| {
+        let arguments =
+            ["-s", "2/70", "--threads", threads, "-o", name, "gyroid", "shell", "0.4", "sphere"];
+        assert!(cesogen(folder.path(), &arguments).status.success());
+        fs::read(folder.path().join(name)).unwrap()
+    };
+    let one = write("1.ply", "1");
+    assert!(one == write("2.ply", "2") && one == write("5.ply", "5"));
+}
+
+#[test]
+fn options_end_at_the_first_operand() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = cesogen(folder.path(), &["-s0.2", "box", "-sin(x)"]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let output = cesogen(folder.path(), &["-s", "0.2", "--", "-x", "box"]);
+    assert!(output.status.success(), "{}", stderr(&output));
+}
+
+#[track_caller]
+fn fails(arguments: &[&str], code: i32, words: &[&str]) {
+    let folder = tempfile::tempdir().unwrap();
+    let output = cesogen(folder.path(), arguments);
+    let message = stderr(&output);
+    assert_eq!(output.status.code(), Some(code), "{arguments:?}: {message}");
+    for word in words {
+        assert!(message.contains(word), "{arguments:?}: `{word}` is not in: {message}");
+    }
+    assert!(names(folder.path()).is_empty(), "{arguments:?} left {:?}", names(folder.path()));
+}
+
+#[test]
+fn wrong_command_lines_are_explained_and_exit_with_2() {
+    fails(&["gyrod", "box"], 2, &["gyrod", "gyroid", "argument 1"]);
+    fails(&["box", "union"], 2, &["union"]);
+    fails(&["box", "dilate"], 2, &["dilate"]);
+    fails(&["2", "box"], 2, &["2"]);
+    fails(&["-s", "0", "box"], 2, &["-s", "positive"]);
+    fails(&["-s", "1,2", "box"], 2, &["-s"]);
+    fails(&["-s", "2/", "box"], 2, &["2/"]);
+    fails(&["-o", "out.xyz", "box"], 2, &[".ply", "out.xyz"]);
+    fails(&["--bounds", "0,0,0,1,1", "gyroid"], 2, &["--bounds"]);
+    fails(&["--bounds", "0,0,0,1,0,1", "gyroid"], 2, &["--bounds", "Y"]);
+    fails(&["--colour", "box"], 2, &["--colour"]);
+    fails(&[], 2, &["PROGRAM"]);
+    fails(&["rotate", "1", "0,0,0", "box"], 2, &["rotate"]);
+    fails(&["box", "rotate", "1", "0,0,0"], 2, &["zero"]);
+    let deep = format!("{}x{}", "(".repeat(100_000), ")".repeat(100_000));
+    fails(&[&deep, "box"], 2, &["deep"]);
+}
+
+#[test]
+fn work_that_fails_is_explained_and_exits_with_1() {
+    fails(&["gyroid"], 1, &["unbounded", "gyroid", "box"]);
+    fails(&["box", "box", "translate", "5,0,0"], 1, &["empty"]);
+    fails(&["-s", "0.1", "x-10", "complement", "box"], 1, &["empty"]);
+    fails(&["missing.stl", "box"], 1, &["missing.stl"]);
+    fails(&["-o", "no/such/folder/out.ply", "box"], 1, &["no/such/folder/out.ply"]);
+}
+
+#[test]
+fn a_damaged_mesh_file_is_named_with_the_place_of_the_damage() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("bad.off"), "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 zero\n3 0 1 2\n")
+        .unwrap();
+    let output = cesogen(folder.path(), &["bad.off", "box"]);
+    let message = stderr(&output);
+    assert_eq!(output.status.code(), Some(1), "{message}");
+    assert!(message.contains("bad.off") && message.contains('5'), "{message}");
+    assert_eq!(names(folder.path()), ["bad.off"]);
+}
+
+#[test]
+fn the_default_spacing_is_said_and_quiet_is_quiet() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = cesogen(folder.path(), &["box"]);
+    assert!(stderr(&output).contains("0.02"), "{}", stderr(&output));
+    let output = cesogen(folder.path(), &["--quiet", "box"]);
+    assert_eq!(stderr(&output), "");
+}
+
+#[test]
+fn a_failed_run_keeps_the_old_output() {
+    let folder = tempfile::tempdir().unwrap();
+    let target = folder.path().join("out.ply");
+    fs::write(&target, "old").unwrap();
+    assert!(!cesogen(folder.path(), &["gyroid"]).status.success());
+    assert_eq!(fs::read_to_string(&target).unwrap(), "old");
+    assert_eq!(names(folder.path()), ["out.ply"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_full_device_is_an_error() {
+    if !Path::new("/dev/full").exists() {
+        println!("skipped: there is no /dev/full");
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let output = cesogen(folder.path(), &["-o", "/dev/full", "box"]);
+    assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+    assert!(stderr(&output).contains("/dev/full"), "{}", stderr(&output));
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupted_run_leaves_nothing_behind() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut child = Command::new(CESOGEN)
+        .args(["-s", "2/6000", "--quiet", "gyroid", "box"])
+        .current_dir(folder.path())
+        .spawn()
+        .unwrap();
+    while names(folder.path()).is_empty() {
+        assert!(child.try_wait().unwrap().is_none(), "the run ended before it began to write");
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    assert!(
+        Command::new("kill").args(["-TERM", &child.id().to_string()]).status().unwrap().success()
+    );
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+    assert!(names(folder.path()).is_empty(), "{:?}", names(folder.path()));
+}
+
+#[test]
+fn statistics_are_json() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = cesogen(folder.path(), &["--stats", "s.json", "-s", "0.1", "gyroid", "box"]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let text = fs::read_to_string(folder.path().join("s.json")).unwrap();
+    let value: serde_json::Value = serde_json::from_str(&text).unwrap();
+    assert!(value["triangles"].as_u64().unwrap() > 100);
+    assert!(value["total_seconds"].as_f64().unwrap() > 0.0);
+}
+
+#[test]
+fn measures_are_printed_as_a_table_or_json() {
+    let folder = tempfile::tempdir().unwrap();
+    let output =
+        run(ALVEOLE, folder.path(), &["measure", "-s", "0.1", "gyroid", "cylinder", "box"]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    assert!(stdout(&output).contains("Euler characteristic"), "{}", stdout(&output));
+    let output = run(ALVEOLE, folder.path(), &["measure", "--json", "-s", "0.1", "x", "box"]);
+    let value: serde_json::Value = serde_json::from_str(&stdout(&output)).unwrap();
+    close(value["volume"].as_f64().unwrap(), 4.0, 1e-9);
+    close(value["relative_density"].as_f64().unwrap(), 0.5, 1e-9);
+    close(value["envelope_volume"].as_f64().unwrap(), 8.0, 1e-9);
+}
+
+#[test]
+fn check_tells_sound_meshes_from_others() {
+    let folder = tempfile::tempdir().unwrap();
+    assert!(cesogen(folder.path(), &["-s", "0.5", "-o", "good.off", "box"]).status.success());
+    let output = run(ALVEOLE, folder.path(), &["check", "--json", "good.off"]);
+    assert!(output.status.success());
+    let value: serde_json::Value = serde_json::from_str(&stdout(&output)).unwrap();
+    assert_eq!(value["sound"], true);
+    close(value["volume"].as_f64().unwrap(), 8.0, 1e-12);
+    fs::write(folder.path().join("open.off"), "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n")
+        .unwrap();
+    let output = run(ALVEOLE, folder.path(), &["check", "open.off"]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(stdout(&output).contains("boundary"), "{}", stdout(&output));
+}
+
+#[test]
+fn help_names_the_words_and_list_explains_them() {
+    let folder = tempfile::tempdir().unwrap();
+    for arguments in [&["--help"][..], &["-h"], &["--version"]] {
+        for binary in [CESOGEN, ALVEOLE] {
+            assert_eq!(run(binary, folder.path(), arguments).status.code(), Some(0));
+        }
+    }
+    let help = stdout(&cesogen(folder.path(), &["--help"]));
+    for word in ["gyroid", "p-surface", "slotted-p", "dilate", "union", "torus"] {
+        assert!(help.contains(word), "`{word}` is not in the help");
+    }
+    let list = stdout(&run(ALVEOLE, folder.path(), &["list", "torus"]));
+    assert!(list.contains("minor"), "{list}");
+    let output = run(ALVEOLE, folder.path(), &["list", "tours"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(stderr(&output).contains("torus"));
+    let completions = run(ALVEOLE, folder.path(), &["completions", "bash"]);
+    assert!(stdout(&completions).contains("alveole"));
+}
+
+/// The folder of real meshes, or a word on what is skipped.
+fn data() -> Option<PathBuf> {
+    let folder = std::env::var_os("ALVEOLE_DATA").map(PathBuf::from);
+    if folder.is_none() {
+        println!("skipped: ALVEOLE_DATA is not set");
+    }
+    folder
+}
+
+#[test]
+fn real_parts_are_filled_and_joined() {
+    let Some(data) = data() else { return };
+    let bunny = data.join("bunny_closed.obj").display().to_string();
+    let spot = data.join("spot_low.obj").display().to_string();
+    let one = ["-s", "0.03", &bunny, "gyroid", "scale", "0.3", "intersection"];
+    assert!(volume_of(&one) > 0.0);
+    let two = [
+        "-s",
+        "0.03",
+        &bunny,
+        "gyroid",
+        "intersection",
+        &spot,
+        "p-surface",
+        "intersection",
+        "union",
+    ];
+    assert!(volume_of(&two) > 0.0);
+}
