@@ -173,6 +173,9 @@ impl Graph {
     }
 
     /// The operator `op` applied to `a` and `b`, simplified.
+    ///
+    /// A power with a constant whole exponent up to 16 in magnitude is a product
+    /// ([`simplify`](super::simplify)).
     pub fn binary(&mut self, op: Binary, a: NodeId, b: NodeId) -> NodeId {
         simplify::binary(self, op, a, b)
     }

@@ -13,7 +13,8 @@ pub mod op;
 pub mod oracle;
 #[cfg(test)]
 pub(crate) mod probe;
-mod simplify;
+pub mod simplify;
+pub mod text;
 
 pub use depends::AxisSet;
 pub use graph::{Graph, NodeId, OracleId, ParameterId};
