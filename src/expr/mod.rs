@@ -15,6 +15,7 @@ pub mod oracle;
 pub(crate) mod probe;
 pub mod simplify;
 pub mod text;
+pub mod verify;
 
 pub use depends::AxisSet;
 pub use graph::{Graph, NodeId, OracleId, ParameterId};
