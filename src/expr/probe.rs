@@ -120,7 +120,7 @@ impl Make for Simplified {
     }
 }
 
-/// Past the graph's constructors.
+/// Past the graph's constructors, but for powers that are products by definition.
 pub struct Raw;
 
 impl Make for Raw {
@@ -129,7 +129,19 @@ impl Make for Raw {
     }
 
     fn binary(graph: &mut Graph, op: Binary, a: NodeId, b: NodeId) -> NodeId {
-        graph.intern(Node::Binary(op, a, b))
+        let n = graph.as_constant(b).filter(|n| n.fract() == 0.0 && n.abs() <= 16.0);
+        let (Binary::Pow, Some(n)) = (op, n) else {
+            return graph.intern(Node::Binary(op, a, b));
+        };
+        let one = graph.constant(1.0);
+        let mut product = one;
+        for digit in format!("{:b}", n.abs() as u8).chars().skip_while(|digit| *digit == '0') {
+            product = graph.intern(Node::Binary(Binary::Mul, product, product));
+            if digit == '1' {
+                product = graph.intern(Node::Binary(Binary::Mul, product, a));
+            }
+        }
+        if n < 0.0 { graph.intern(Node::Binary(Binary::Div, one, product)) } else { product }
     }
 
     fn pick(graph: &mut Graph, extremum: Extremum, operands: [NodeId; 4]) -> NodeId {

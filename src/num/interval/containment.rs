@@ -200,9 +200,11 @@ fn a_choice_encloses_what_is_chosen() {
         xs.extend(a.nan.then_some(f64::NAN));
         ys.extend(b.nan.then_some(f64::NAN));
         for (x, y) in xs.iter().flat_map(|x| ys.iter().map(move |y| (x, y))) {
-            let side = if x < y { c } else { d };
+            let first = x < y;
+            let side = if first { c } else { d };
             assert!(enclosure.lo <= side.lo && side.hi <= enclosure.hi);
-            assert!(!(a.always_below(b) && !(x < y)) && !(a.never_below(b) && x < y));
+            assert!(first || !a.always_below(b), "{x} is not below {y}");
+            assert!(!first || !a.never_below(b), "{x} is below {y}");
         }
     }
 }
