@@ -4,8 +4,10 @@
 //! rendering see nothing else. Two engines implement it, the interpreter and the compiler, and
 //! return the same bits.
 
+pub mod enclosure;
 pub mod interpret;
 pub mod leaves;
+pub mod levels;
 pub mod lower;
 pub mod program;
 pub mod regions;

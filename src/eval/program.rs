@@ -4,8 +4,10 @@
 //! parameters. Binding it makes the tables of a grid; the [`Bound`] program answers the queries of
 //! [`Sampler`], from as many threads as ask, each with a workspace of its own.
 
-use super::interpret::{BrickProgram, BrickWorkspace, LineProgram, LineWorkspace};
+use super::interpret::{BoxProgram, BoxWorkspace, BrickProgram, BrickWorkspace};
+use super::interpret::{LineProgram, LineWorkspace, UniformRanges};
 use super::leaves::{LeafValues, Leaves};
+use super::levels::Levels;
 use super::lower::{Lowered, lower};
 use super::regions::Bits;
 use super::sampler::{BRICK, BrickSigns, End, NodeBox, Sampler};
@@ -48,6 +50,8 @@ pub struct Program(Arc<Parts>);
 struct Parts {
     bits: Bits,
     lowered: Lowered,
+    box_leaves: Leaves,
+    boxes: BoxProgram,
     leaves: Leaves,
     brick: BrickProgram,
     lines: [LineProgram; 3],
@@ -65,8 +69,12 @@ impl Program {
                 return Err(ProgramError::NoCompiler { cause: "it is not built in".to_owned() });
             }
         }
-        let bits = Bits::number(&Tape::new(graph, &[root]));
+        let source = Tape::new(graph, &[root]);
+        let bits = Bits::number(&source);
         let mut lowered = lower(graph, root);
+        let boxes = Schedule::boxes(&source, &bits);
+        let box_leaves = Leaves::of_boxes(&boxes);
+        let boxes = BoxProgram::new(&boxes, &box_leaves, graph, &lowered);
         let slopes = Axis::ALL.map(|axis| derive::partial(&mut lowered.graph, lowered.root, axis));
         let lowered_bits = bits.through(|id| lowered.image(id));
         let tape = Tape::new(&lowered.graph, &[lowered.root]);
@@ -80,7 +88,7 @@ impl Program {
         let brick = BrickProgram::new(&brick, &leaves, oracles);
         let lines =
             Axis::ALL.map(|axis| LineProgram::new(&lines[axis.index()], &leaves, oracles, axis));
-        Ok(Self(Arc::new(Parts { bits, lowered, leaves, brick, lines })))
+        Ok(Self(Arc::new(Parts { bits, lowered, box_leaves, boxes, leaves, brick, lines })))
     }
 
     /// The expression that is sampled, in its graph: the lowered form of the program's own.
@@ -103,9 +111,9 @@ impl Program {
             assert!(table.len() % BRICK == 1, "a table has a multiple of sixteen nodes plus one");
         }
         let parts = Arc::clone(&self.0);
-        let leaves = parts.leaves.evaluate(&parts.lowered.graph, &coordinates, parameters);
         let nodes = coordinates.each_ref().map(Vec::len);
-        Bound { parts, nodes, leaves }
+        let tables = Tables::new(&parts, &coordinates, parameters);
+        Bound { parts, nodes, tables }
     }
 }
 
@@ -114,21 +122,47 @@ impl Program {
 pub struct Bound {
     parts: Arc<Parts>,
     nodes: [usize; 3],
-    leaves: Result<LeafValues, Failure>,
+    tables: Result<Tables, Failure>,
+}
+
+/// What is made when a program is bound.
+#[derive(Debug)]
+struct Tables {
+    leaves: LeafValues,
+    uniforms: UniformRanges,
+    levels: Levels,
+}
+
+impl Tables {
+    fn new(
+        parts: &Parts,
+        coordinates: &[Vec<f64>; 3],
+        parameters: &[f64],
+    ) -> Result<Self, Failure> {
+        // The lowered graph holds the source's nodes too.
+        let graph = &parts.lowered.graph;
+        let uniforms = parts.box_leaves.uniform_values(graph, parameters)?;
+        Ok(Self {
+            leaves: parts.leaves.evaluate(graph, coordinates, parameters)?,
+            uniforms: UniformRanges::new(&uniforms),
+            levels: Levels::new(&parts.box_leaves, graph, coordinates, parameters)?,
+        })
+    }
 }
 
 /// Memory of one thread that queries a [`Bound`] program.
 #[derive(Debug)]
 pub struct Workspace {
+    boxes: BoxWorkspace,
     brick: BrickWorkspace,
     lines: [LineWorkspace; 3],
     axis: Axis,
 }
 
 impl Bound {
-    /// The values made when the program was bound.
-    fn leaves(&self) -> Result<&LeafValues, Failure> {
-        self.leaves.as_ref().map_err(Clone::clone)
+    /// What was made when the program was bound.
+    fn tables(&self) -> Result<&Tables, Failure> {
+        self.tables.as_ref().map_err(Clone::clone)
     }
 }
 
@@ -142,6 +176,7 @@ impl Sampler for Bound {
 
     fn workspace(&self) -> Workspace {
         Workspace {
+            boxes: self.parts.boxes.workspace(),
             brick: self.parts.brick.workspace(),
             lines: self.parts.lines.each_ref().map(LineProgram::workspace),
             axis: Axis::X,
@@ -158,12 +193,15 @@ impl Sampler for Bound {
 
     fn ranges(
         &self,
-        _workspace: &mut Workspace,
-        _boxes: &[NodeBox],
-        _activity: &mut [u64],
+        workspace: &mut Workspace,
+        boxes: &[NodeBox],
+        activity: &mut [u64],
         ranges: &mut [Interval],
     ) -> Result<(), Failure> {
-        ranges.fill(Interval::ANYTHING);
+        let Tables { uniforms, levels, .. } = self.tables()?;
+        let own = &mut workspace.boxes;
+        let words = self.activity_words();
+        self.parts.boxes.ranges(own, (uniforms, levels), boxes, words, activity, ranges);
         Ok(())
     }
 
@@ -174,7 +212,7 @@ impl Sampler for Bound {
         activity: &[u64],
         signs: &mut BrickSigns,
     ) -> Result<(), Failure> {
-        let leaves = self.leaves()?;
+        let leaves = &self.tables()?.leaves;
         self.parts.brick.signs(&mut workspace.brick, leaves, first(brick), activity, signs)
     }
 
@@ -185,7 +223,7 @@ impl Sampler for Bound {
         activity: &[u64],
         values: &mut [f64; BRICK * BRICK * BRICK],
     ) -> Result<(), Failure> {
-        let leaves = self.leaves()?;
+        let leaves = &self.tables()?.leaves;
         self.parts.brick.values(&mut workspace.brick, leaves, first(brick), activity, values)
     }
 
@@ -199,7 +237,13 @@ impl Sampler for Bound {
     ) -> Result<(), Failure> {
         workspace.axis = axis;
         let own = &mut workspace.lines[axis.index()];
-        self.parts.lines[axis.index()].begin(own, self.leaves()?, first(brick), nodes, activity)
+        self.parts.lines[axis.index()].begin(
+            own,
+            &self.tables()?.leaves,
+            first(brick),
+            nodes,
+            activity,
+        )
     }
 
     fn line_ends(
@@ -209,7 +253,7 @@ impl Sampler for Bound {
         values: &mut [f64],
     ) -> Result<(), Failure> {
         let axis = workspace.axis.index();
-        self.parts.lines[axis].ends(&mut workspace.lines[axis], self.leaves()?, end, values)
+        self.parts.lines[axis].ends(&mut workspace.lines[axis], &self.tables()?.leaves, end, values)
     }
 
     fn line(
@@ -221,6 +265,6 @@ impl Sampler for Bound {
     ) -> Result<(), Failure> {
         let axis = workspace.axis.index();
         let own = &mut workspace.lines[axis];
-        self.parts.lines[axis].between(own, self.leaves()?, at, values, slopes)
+        self.parts.lines[axis].between(own, &self.tables()?.leaves, at, values, slopes)
     }
 }

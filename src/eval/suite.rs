@@ -29,6 +29,10 @@ macro_rules! conformance {
             $crate::eval::suite::periodic($engine);
         }
         #[test]
+        fn waves_far_away_conform() {
+            $crate::eval::suite::far_waves($engine);
+        }
+        #[test]
         fn set_operations_conform() {
             $crate::eval::suite::set_operations($engine);
         }
@@ -464,6 +468,33 @@ pub(crate) fn periodic(engine: Engine) {
         let xy = graph.mul(at[0], at[1]);
         graph.sub(field, xy)
     });
+}
+
+/// Waves over boxes so small and so far away that their ranges show the distance between the
+/// source form and the lowered one.
+pub(crate) fn far_waves(engine: Engine) {
+    let mut source = Source(17);
+    for i in 0..60 {
+        let mut graph = Graph::new();
+        let mut sum = graph.constant(source.within(-9.0, 9.0));
+        for coordinate in graph.point() {
+            let shift = graph.constant(source.within(-9.0, 9.0));
+            let frequency = graph.constant(source.within(-7.0, 7.0));
+            let term = graph.add(coordinate, shift);
+            let term = graph.mul(frequency, term);
+            sum = graph.sub(term, sum);
+        }
+        let scale = graph.parameter("scale", source.within(0.1, 9.0));
+        let sum = source.of(&[graph.mul(scale, sum), graph.div(sum, scale)]);
+        let root = graph.unary(source.of(&[Unary::Sin, Unary::Cos]), sum);
+        let far = 10f64.powi(source.below(6) as i32);
+        let coordinates = [(); 3].map(|()| {
+            let lo = far * source.within(-1.0, 1.0);
+            table(1, lo, lo + far * 1e-15)
+        });
+        let name = format!("far wave {i}");
+        check(engine, &Case { name, graph, root, coordinates }, &mut source);
+    }
 }
 
 /// Distance to a ball, by formula.

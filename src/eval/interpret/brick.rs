@@ -14,6 +14,7 @@ use crate::eval::schedule::{Schedule, Step, brick};
 use crate::eval::tape::{Op, Position};
 use crate::expr::{AxisSet, Failure, Oracle, Output, Queries};
 use crate::geom::Axis;
+use crate::num::lanes as host;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -160,7 +161,7 @@ impl BrickProgram {
     ) -> Result<(), Failure> {
         self.planes(workspace, leaves, first, activity, |z, view| {
             let words = &mut signs[z * BRICK..][..BRICK];
-            pulp::Arch::new().dispatch(
+            host::dispatch(
                 #[inline(always)]
                 || pack(view, words),
             );

@@ -11,6 +11,7 @@ use crate::eval::schedule::Schedule;
 use crate::eval::tape::{Op, Position};
 use crate::expr::{Binary, Extremum, Failure, Oracle, Output, Queries, Unary};
 use crate::geom::Axis;
+use crate::num::lanes as host;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -146,7 +147,7 @@ pub(super) fn run(
     frame: &Frame<'_>,
     buffers: &mut Buffers,
 ) -> Result<(), Failure> {
-    pulp::Arch::new().dispatch(
+    host::dispatch(
         #[inline(always)]
         || {
             for instruction in runs.iter().flat_map(|run| &instructions[run.clone()]) {
