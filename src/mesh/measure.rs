@@ -331,6 +331,54 @@ mod tests {
     }
 
     #[test]
+    fn the_volume_of_a_large_mesh_is_exact_to_many_digits() {
+        // A block whose top is a range of integer heights: every tetrahedron's volume is an
+        // integer, and so is their exact sum.
+        let n = 300_u32;
+        let height = |x: u32, y: u32| 1 + x.wrapping_mul(2_654_435_761) % 97 + y * 7 % 13;
+        let mut mesh = Mesh::default();
+        for top in [1, 0] {
+            for y in 0..=n {
+                for x in 0..=n {
+                    let z = f64::from(top * height(x, y));
+                    mesh.positions.push([f64::from(x), f64::from(y), z]);
+                }
+            }
+        }
+        let at = |x: u32, y: u32, bottom: u32| (bottom * (n + 1) + y) * (n + 1) + x;
+        let mut quad = |a, b, c, d| mesh.triangles.extend([[a, b, c], [a, c, d]]);
+        for i in 0..n {
+            for j in 0..n {
+                quad(at(i, j, 0), at(i + 1, j, 0), at(i + 1, j + 1, 0), at(i, j + 1, 0));
+                quad(at(i, j, 1), at(i, j + 1, 1), at(i + 1, j + 1, 1), at(i + 1, j, 1));
+            }
+            quad(at(i, 0, 1), at(i + 1, 0, 1), at(i + 1, 0, 0), at(i, 0, 0));
+            quad(at(i + 1, n, 1), at(i, n, 1), at(i, n, 0), at(i + 1, n, 0));
+            quad(at(0, i + 1, 1), at(0, i, 1), at(0, i, 0), at(0, i + 1, 0));
+            quad(at(n, i, 1), at(n, i + 1, 1), at(n, i + 1, 0), at(n, i, 0));
+        }
+        let exact: i128 = mesh
+            .triangles
+            .iter()
+            .map(|corners| {
+                let [a, b, c] =
+                    corners.map(|v| mesh.positions[v as usize].map(|value| value as i128));
+                a[0] * (b[1] * c[2] - b[2] * c[1])
+                    + a[1] * (b[2] * c[0] - b[0] * c[2])
+                    + a[2] * (b[0] * c[1] - b[1] * c[0])
+            })
+            .sum();
+        assert!(crate::mesh::check(&mesh).is_sound());
+        // Irrational steps, so that every product rounds; the scale is undone exactly enough.
+        let scale = 1.0 / 3.0;
+        for value in mesh.positions.iter_mut().flatten() {
+            *value = *value * scale + 1000.0;
+        }
+        let expected = exact as f64 / 6.0 * scale * scale * scale;
+        close(volume(&mesh), expected, 1e-12);
+    }
+
+    #[test]
     fn parts_add_up_and_inversion_changes_the_sign() {
         let mut two = both(cube(), &cube());
         for position in &mut two.positions[8..] {
