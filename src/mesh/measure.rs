@@ -70,7 +70,7 @@ pub struct Sides {
 pub fn measure(mesh: &Mesh) -> Measures {
     let bounds = bounds(mesh);
     let origin = origin(bounds);
-    let tally = total(mesh, |corners| Tally::of(corners, origin));
+    let tally = total(mesh, |tally: &mut Tally, corners| tally.include(corners, origin));
     let count = tally.triangles as f64;
     let mean = |sum: f64, count: f64| if count > 0.0 { sum / count } else { 0.0 };
     let mean_area = mean(tally.sums.area, count);
@@ -101,7 +101,10 @@ pub fn measure(mesh: &Mesh) -> Measures {
 #[must_use]
 pub fn volume(mesh: &Mesh) -> f64 {
     let origin = origin(bounds(mesh));
-    total(mesh, |[a, b, c]| Volume((a - origin).dot((b - origin).cross(c - origin)))).0 / 6.0
+    let include = |sum: &mut Volume, [a, b, c]: [DVec3; 3]| {
+        sum.0 += (a - origin).dot((b - origin).cross(c - origin));
+    };
+    total(mesh, include).0 / 6.0
 }
 
 /// The least box that contains every vertex.
@@ -120,14 +123,14 @@ trait Sum: Default + Send {
     fn add(&mut self, other: Self);
 }
 
-/// Adds up `quantity` over the triangles of `mesh`, pairwise beyond [`TRIANGLES_A_PIECE`].
-fn total<S: Sum>(mesh: &Mesh, quantity: impl Fn([DVec3; 3]) -> S + Sync) -> S {
+/// Lets a sum include every triangle of `mesh`; the sums of pieces are added pairwise.
+fn total<S: Sum>(mesh: &Mesh, include: impl Fn(&mut S, [DVec3; 3]) + Sync) -> S {
     let vertex = |number: u32| mesh.positions.get(number as usize).map(|&p| DVec3::from_array(p));
     let piece = |triangles: &[[u32; 3]]| {
         let mut sum = S::default();
         for &[a, b, c] in triangles {
             if let (Some(a), Some(b), Some(c)) = (vertex(a), vertex(b), vertex(c)) {
-                sum.add(quantity([a, b, c]));
+                include(&mut sum, [a, b, c]);
             }
         }
         sum
@@ -197,36 +200,33 @@ impl Default for Tally {
 }
 
 impl Tally {
-    fn of([a, b, c]: [DVec3; 3], origin: DVec3) -> Self {
+    fn include(&mut self, [a, b, c]: [DVec3; 3], origin: DVec3) {
         let [p, q, r] = [a - origin, b - origin, c - origin];
         let volume = p.dot(q.cross(r));
-        let lengths = [(b - a).length(), (c - b).length(), (a - c).length()];
         let doubled_area = (b - a).cross(c - a).length();
+        self.triangles += 1;
+        self.sums.volume += volume;
+        self.sums.moment += volume * (p + q + r);
+        self.sums.area += 0.5 * doubled_area;
+        self.least_area = self.least_area.min(0.5 * doubled_area);
+
+        let lengths = [(b - a).length(), (c - b).length(), (a - c).length()];
+        let perimeter = lengths[0] + lengths[1] + lengths[2];
         let longest = lengths[0].max(lengths[1]).max(lengths[2]);
         let shortest = lengths[0].min(lengths[1]).min(lengths[2]);
-        let perimeter = lengths[0] + lengths[1] + lengths[2];
-        let least_angle = least_angle([a, b, c], lengths, doubled_area);
-        let bar = (least_angle.to_degrees() / 5.0) as usize;
-        let mut least_angles = [0; ANGLE_BARS];
-        least_angles[bar.min(ANGLE_BARS - 1)] = 1;
+        self.sums.length += perimeter;
+        self.shortest = self.shortest.min(shortest);
+        self.longest = self.longest.max(longest);
         // The inscribed radius is twice the area over the perimeter.
         let aspect = longest * perimeter / (2.0 * 3.0_f64.sqrt() * doubled_area);
-        Self {
-            triangles: 1,
-            sums: Sums {
-                volume,
-                moment: volume * (p + q + r),
-                area: 0.5 * doubled_area,
-                length: perimeter,
-                least_angle,
-            },
-            least_area: 0.5 * doubled_area,
-            least_angle,
-            least_angles,
-            greatest_aspect: if doubled_area > 0.0 { aspect } else { f64::INFINITY },
-            shortest,
-            longest,
-        }
+        let aspect = if doubled_area > 0.0 { aspect } else { f64::INFINITY };
+        self.greatest_aspect = self.greatest_aspect.max(aspect);
+
+        let least_angle = least_angle([a, b, c], lengths, doubled_area);
+        self.sums.least_angle += least_angle;
+        self.least_angle = self.least_angle.min(least_angle);
+        let bar = (least_angle.to_degrees() / 5.0) as usize;
+        self.least_angles[bar.min(ANGLE_BARS - 1)] += 1;
     }
 }
 
