@@ -369,7 +369,7 @@ fn faults_name_place_cause_and_cure() {
     refuse("d.obj", b"v 0 0 0\nf 1 0 1", line(2), "vertex 0");
     refuse("e.obj", b"v 0 0 0\n\nf 1 x 1", line(3), "vertex numbers");
     refuse("f.obj", b"v 0 0 0\nv 0 1e999 0\nf 1 2 2", line(2), "not finite");
-    refuse("g.obj", b"g An f\nv 0 0 0", None, "no faces: 1 vert");
+    refuse("g.obj", b"g An f\nv 0 0 0", None, "no faces, only 1 vert");
     refuse("h.obj", b"hello\n", None, "is not OBJ");
     refuse("i.obj", b"v 0 0 0\nv \xff 0 0\nf 1 2 3", line(2), "plain text");
     refuse("a.off", b"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n", line(6), "vertex 3");
@@ -571,4 +571,15 @@ fn files_of_one_shape_have_one_volume() {
         assert!((ratio - factor).abs() <= tolerance, "{first}, {second}: {ratio:e}");
     }
     assert!((volume("box_3x3x3_offset.stl") - 27.0).abs() < 1e-5);
+}
+
+#[test]
+fn defects_of_dirty_files_are_counted() {
+    let Some(folder) = folder() else { return };
+    for &(name, parts, expected) in data::DEFECTS {
+        let found = check(&io::read(&folder.join(name)).unwrap());
+        let counts = found.defects.by_name().map(|(_, defect)| defect.count);
+        assert_eq!((found.components.len(), counts), (parts, expected), "{name}");
+    }
+    assert!(check(&io::read(&folder.join("dirty_inverted.ply")).unwrap()).inside_out);
 }

@@ -74,7 +74,7 @@ pub enum Fault {
         before: &'static str,
     },
     /// There are no faces: a point cloud, lines, or nothing.
-    #[error("no faces: {vertices} vertices that bound no surface")]
+    #[error("there are no faces, only {vertices} vertices")]
     NoFaces {
         /// How many vertices there are.
         vertices: u64,
