@@ -127,7 +127,7 @@ impl FileSink {
     /// Writes what is left and returns the file.
     ///
     /// # Errors
-    /// As [`write`].
+    /// As [`write()`].
     pub fn finish(self) -> Result<File, WriteError> {
         match self.stage {
             Stage::Streamed(sink) => Ok(sink.into_file()),
