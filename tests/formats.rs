@@ -4,6 +4,7 @@
 
 use alveole::mesh::io::{self, Fault, FileSink, Format, Place, Precision, ReadError, ReadReport};
 use alveole::mesh::{Mesh, Sink, check, measure, weld};
+use alveole::num::Progress;
 use proptest::prelude::*;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
@@ -124,10 +125,14 @@ fn another_reader_of_ply_sees_the_same_mesh() {
         let written = bytes(&mesh, Format::Ply, precision);
         let ply = Parser::<DefaultElement>::new().read_ply(&mut Cursor::new(written)).unwrap();
         let expected = if precision == Precision::Single { rounded(&mesh) } else { mesh.clone() };
-        let coordinate = |element: &DefaultElement, name: &str| match element[name] {
-            Property::Float(value) => f64::from(value),
-            Property::Double(value) => value,
-            ref other => panic!("{other:?}"),
+        let coordinate = |element: &DefaultElement, name: &str| {
+            if let Property::Float(value) = element[name] {
+                f64::from(value)
+            } else if let Property::Double(value) = element[name] {
+                value
+            } else {
+                panic!("{:?}", element[name])
+            }
         };
         let positions: Vec<[f64; 3]> = ply.payload["vertex"]
             .iter()
@@ -135,11 +140,9 @@ fn another_reader_of_ply_sees_the_same_mesh() {
             .collect();
         let triangles: Vec<[u32; 3]> = ply.payload["face"]
             .iter()
-            .map(|face| match &face["vertex_indices"] {
-                Property::ListInt(list) => {
-                    <[i32; 3]>::try_from(list.as_slice()).unwrap().map(|v| v as u32)
-                }
-                other => panic!("{other:?}"),
+            .map(|face| {
+                let Property::ListInt(list) = &face["vertex_indices"] else { panic!("{face:?}") };
+                <[i32; 3]>::try_from(list.as_slice()).unwrap().map(|v| v as u32)
             })
             .collect();
         assert_eq!(Mesh { positions, triangles }, expected);
@@ -366,7 +369,7 @@ fn faults_name_place_cause_and_cure() {
     refuse("d.obj", b"v 0 0 0\nf 1 0 1", line(2), "vertex 0");
     refuse("e.obj", b"v 0 0 0\n\nf 1 x 1", line(3), "vertex numbers");
     refuse("f.obj", b"v 0 0 0\nv 0 1e999 0\nf 1 2 2", line(2), "not finite");
-    refuse("g.obj", b"g An f\nv 0 0 0", None, "1 vertices and no faces");
+    refuse("g.obj", b"g An f\nv 0 0 0", None, "no faces, only 1 vert");
     refuse("h.obj", b"hello\n", None, "is not OBJ");
     refuse("i.obj", b"v 0 0 0\nv \xff 0 0\nf 1 2 3", line(2), "plain text");
     refuse("a.off", b"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n", line(6), "vertex 3");
@@ -412,6 +415,22 @@ fn a_missing_file_and_a_folder_are_unreadable() {
     for path in [Path::new("/nonexistent/mesh.ply"), Path::new(env!("CARGO_MANIFEST_DIR"))] {
         let error = io::read(path).unwrap_err();
         assert!(matches!(error.fault, Fault::Unreadable(_)), "{error}");
+    }
+}
+
+#[test]
+fn reading_stops_when_cancelled() {
+    let folder = tempfile::tempdir().unwrap();
+    for format in Format::ALL {
+        let path = folder.path().join("mesh");
+        std::fs::write(&path, bytes(&potato(), format, Precision::Single)).unwrap();
+        let progress = Progress::new();
+        io::read_with(&path, &progress).unwrap();
+        let (done, expected) = progress.steps();
+        assert!(done == expected && done > 0, "{format:?}: {done} of {expected}");
+        progress.cancel();
+        let error = io::read_with(&path, &progress).unwrap_err();
+        assert!(matches!(error.fault, Fault::Cancelled(_)), "{error}");
     }
 }
 
@@ -552,4 +571,15 @@ fn files_of_one_shape_have_one_volume() {
         assert!((ratio - factor).abs() <= tolerance, "{first}, {second}: {ratio:e}");
     }
     assert!((volume("box_3x3x3_offset.stl") - 27.0).abs() < 1e-5);
+}
+
+#[test]
+fn defects_of_dirty_files_are_counted() {
+    let Some(folder) = folder() else { return };
+    for &(name, parts, expected) in data::DEFECTS {
+        let found = check(&io::read(&folder.join(name)).unwrap());
+        let counts = found.defects.by_name().map(|(_, defect)| defect.count);
+        assert_eq!((found.components.len(), counts), (parts, expected), "{name}");
+    }
+    assert!(check(&io::read(&folder.join("dirty_inverted.ply")).unwrap()).inside_out);
 }

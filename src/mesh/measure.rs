@@ -70,7 +70,7 @@ pub struct Sides {
 pub fn measure(mesh: &Mesh) -> Measures {
     let bounds = bounds(mesh);
     let origin = origin(bounds);
-    let tally = total(mesh, |corners| Tally::of(corners, origin));
+    let tally = total(mesh, |tally: &mut Tally, corners| tally.include(corners, origin));
     let count = tally.triangles as f64;
     let mean = |sum: f64, count: f64| if count > 0.0 { sum / count } else { 0.0 };
     let mean_area = mean(tally.sums.area, count);
@@ -101,7 +101,10 @@ pub fn measure(mesh: &Mesh) -> Measures {
 #[must_use]
 pub fn volume(mesh: &Mesh) -> f64 {
     let origin = origin(bounds(mesh));
-    total(mesh, |[a, b, c]| Volume((a - origin).dot((b - origin).cross(c - origin)))).0 / 6.0
+    let include = |sum: &mut Volume, [a, b, c]: [DVec3; 3]| {
+        sum.0 += (a - origin).dot((b - origin).cross(c - origin));
+    };
+    total(mesh, include).0 / 6.0
 }
 
 /// The least box that contains every vertex.
@@ -120,14 +123,14 @@ trait Sum: Default + Send {
     fn add(&mut self, other: Self);
 }
 
-/// Adds up `quantity` over the triangles of `mesh`, pairwise beyond [`TRIANGLES_A_PIECE`].
-fn total<S: Sum>(mesh: &Mesh, quantity: impl Fn([DVec3; 3]) -> S + Sync) -> S {
+/// Lets a sum include every triangle of `mesh`; the sums of pieces are added pairwise.
+fn total<S: Sum>(mesh: &Mesh, include: impl Fn(&mut S, [DVec3; 3]) + Sync) -> S {
     let vertex = |number: u32| mesh.positions.get(number as usize).map(|&p| DVec3::from_array(p));
     let piece = |triangles: &[[u32; 3]]| {
         let mut sum = S::default();
         for &[a, b, c] in triangles {
             if let (Some(a), Some(b), Some(c)) = (vertex(a), vertex(b), vertex(c)) {
-                sum.add(quantity([a, b, c]));
+                include(&mut sum, [a, b, c]);
             }
         }
         sum
@@ -197,36 +200,33 @@ impl Default for Tally {
 }
 
 impl Tally {
-    fn of([a, b, c]: [DVec3; 3], origin: DVec3) -> Self {
+    fn include(&mut self, [a, b, c]: [DVec3; 3], origin: DVec3) {
         let [p, q, r] = [a - origin, b - origin, c - origin];
         let volume = p.dot(q.cross(r));
-        let lengths = [(b - a).length(), (c - b).length(), (a - c).length()];
         let doubled_area = (b - a).cross(c - a).length();
+        self.triangles += 1;
+        self.sums.volume += volume;
+        self.sums.moment += volume * (p + q + r);
+        self.sums.area += 0.5 * doubled_area;
+        self.least_area = self.least_area.min(0.5 * doubled_area);
+
+        let lengths = [(b - a).length(), (c - b).length(), (a - c).length()];
+        let perimeter = lengths[0] + lengths[1] + lengths[2];
         let longest = lengths[0].max(lengths[1]).max(lengths[2]);
         let shortest = lengths[0].min(lengths[1]).min(lengths[2]);
-        let perimeter = lengths[0] + lengths[1] + lengths[2];
-        let least_angle = least_angle([a, b, c], lengths, doubled_area);
-        let bar = (least_angle.to_degrees() / 5.0) as usize;
-        let mut least_angles = [0; ANGLE_BARS];
-        least_angles[bar.min(ANGLE_BARS - 1)] = 1;
+        self.sums.length += perimeter;
+        self.shortest = self.shortest.min(shortest);
+        self.longest = self.longest.max(longest);
         // The inscribed radius is twice the area over the perimeter.
         let aspect = longest * perimeter / (2.0 * 3.0_f64.sqrt() * doubled_area);
-        Self {
-            triangles: 1,
-            sums: Sums {
-                volume,
-                moment: volume * (p + q + r),
-                area: 0.5 * doubled_area,
-                length: perimeter,
-                least_angle,
-            },
-            least_area: 0.5 * doubled_area,
-            least_angle,
-            least_angles,
-            greatest_aspect: if doubled_area > 0.0 { aspect } else { f64::INFINITY },
-            shortest,
-            longest,
-        }
+        let aspect = if doubled_area > 0.0 { aspect } else { f64::INFINITY };
+        self.greatest_aspect = self.greatest_aspect.max(aspect);
+
+        let least_angle = least_angle([a, b, c], lengths, doubled_area);
+        self.sums.least_angle += least_angle;
+        self.least_angle = self.least_angle.min(least_angle);
+        let bar = (least_angle.to_degrees() / 5.0) as usize;
+        self.least_angles[bar.min(ANGLE_BARS - 1)] += 1;
     }
 }
 
@@ -328,6 +328,54 @@ mod tests {
         assert_eq!(shifted.volume, exact.volume);
         assert_eq!(shifted.area, exact.area);
         assert_eq!(shifted.quality, exact.quality);
+    }
+
+    #[test]
+    fn the_volume_of_a_large_mesh_is_exact_to_many_digits() {
+        // A block whose top is a range of integer heights: every tetrahedron's volume is an
+        // integer, and so is their exact sum.
+        let n = 300_u32;
+        let height = |x: u32, y: u32| 1 + x.wrapping_mul(2_654_435_761) % 97 + y * 7 % 13;
+        let mut mesh = Mesh::default();
+        for top in [1, 0] {
+            for y in 0..=n {
+                for x in 0..=n {
+                    let z = f64::from(top * height(x, y));
+                    mesh.positions.push([f64::from(x), f64::from(y), z]);
+                }
+            }
+        }
+        let at = |x: u32, y: u32, bottom: u32| (bottom * (n + 1) + y) * (n + 1) + x;
+        let mut quad = |a, b, c, d| mesh.triangles.extend([[a, b, c], [a, c, d]]);
+        for i in 0..n {
+            for j in 0..n {
+                quad(at(i, j, 0), at(i + 1, j, 0), at(i + 1, j + 1, 0), at(i, j + 1, 0));
+                quad(at(i, j, 1), at(i, j + 1, 1), at(i + 1, j + 1, 1), at(i + 1, j, 1));
+            }
+            quad(at(i, 0, 1), at(i + 1, 0, 1), at(i + 1, 0, 0), at(i, 0, 0));
+            quad(at(i + 1, n, 1), at(i, n, 1), at(i, n, 0), at(i + 1, n, 0));
+            quad(at(0, i + 1, 1), at(0, i, 1), at(0, i, 0), at(0, i + 1, 0));
+            quad(at(n, i, 1), at(n, i + 1, 1), at(n, i + 1, 0), at(n, i, 0));
+        }
+        let exact: i128 = mesh
+            .triangles
+            .iter()
+            .map(|corners| {
+                let [a, b, c] =
+                    corners.map(|v| mesh.positions[v as usize].map(|value| value as i128));
+                a[0] * (b[1] * c[2] - b[2] * c[1])
+                    + a[1] * (b[2] * c[0] - b[0] * c[2])
+                    + a[2] * (b[0] * c[1] - b[1] * c[0])
+            })
+            .sum();
+        assert!(crate::mesh::check(&mesh).is_sound());
+        // Irrational steps, so that every product rounds; the scale is undone exactly enough.
+        let scale = 1.0 / 3.0;
+        for value in mesh.positions.iter_mut().flatten() {
+            *value = *value * scale + 1000.0;
+        }
+        let expected = exact as f64 / 6.0 * scale * scale * scale;
+        close(volume(&mesh), expected, 1e-12);
     }
 
     #[test]

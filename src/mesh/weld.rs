@@ -15,8 +15,9 @@ pub struct Welder {
 impl Welder {
     /// The number of `position`, and whether it is new.
     pub fn number(&mut self, position: [f64; 3]) -> (u32, bool) {
-        // Adding zero turns −0 into 0 and changes nothing else.
-        let key = position.map(|value| (value + 0.0).to_bits());
+        // Adding zero turns −0 into 0 and changes nothing else. The halves change places because
+        // the hash is blind to where short fractions have their bits.
+        let key = position.map(|value| (value + 0.0).to_bits().rotate_left(32));
         let next = self.numbers.len() as u32;
         let number = *self.numbers.entry(key).or_insert(next);
         (number, number == next)

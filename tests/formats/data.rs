@@ -107,3 +107,18 @@ pub const SAME: &[(&str, &str, f64, f64)] = &[
     // Its box is the cube [-1, 1]^3.
     ("cube_compressed.obj", "negative_indices.obj", 1.0, 1e-5),
 ];
+
+/// Components and defects, in the order of the contract of `mesh::check`.
+pub const DEFECTS: &[(&str, usize, [u64; 10])] = &[
+    ("angle_block.stl", 1, [0, 0, 0, 0, 0, 166, 0, 0, 33, 0]),
+    ("featuretype.stl", 1, [0, 0, 0, 0, 0, 576, 0, 0, 0, 0]),
+    ("octagonal_pocket.ply", 2, [0, 0, 0, 0, 0, 54, 0, 0, 3, 0]),
+    ("multibody.stl", 2, [0, 0, 0, 0, 0, 0, 0, 12, 0, 0]),
+    ("soup.stl", 100, [0, 0, 0, 0, 0, 300, 0, 0, 0, 0]),
+    ("cycloidal.ply", 100, [0, 0, 0, 0, 0, 0, 242, 0, 26, 0]),
+    // Every seventh and every eleventh face again: 497 + 316.
+    ("dirty_duplicates.ply", 1, [0, 0, 0, 0, 813, 0, 2129, 131, 0, 0]),
+    ("dirty_nonmanifold.ply", 1, [0, 0, 0, 0, 0, 2, 1, 0, 0, 0]),
+    ("dirty_inverted.ply", 1, [0; 10]),
+    ("featuretype_clean.ply", 1, [0; 10]),
+];

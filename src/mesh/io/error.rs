@@ -14,7 +14,6 @@ pub struct ReadError {
     /// Where the reader stopped, if at one place.
     pub place: Option<Place>,
     /// What is wrong.
-    #[source]
     pub fault: Fault,
 }
 
@@ -75,7 +74,7 @@ pub enum Fault {
         before: &'static str,
     },
     /// There are no faces: a point cloud, lines, or nothing.
-    #[error("has {vertices} vertices and no faces that bound a surface")]
+    #[error("there are no faces, only {vertices} vertices")]
     NoFaces {
         /// How many vertices there are.
         vertices: u64,

@@ -4,6 +4,22 @@
 //! never panics. Writing keeps the order of vertices and triangles. Binary files are
 //! little-endian; numbers in text are the shortest that read back to the same bits at the
 //! precision asked for.
+//!
+//! ```
+//! use alveole::mesh::Mesh;
+//! use alveole::mesh::io::{self, Format, Precision};
+//!
+//! let triangle = Mesh {
+//!     positions: vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.1, 0.0]],
+//!     triangles: vec![[0, 1, 2]],
+//! };
+//! let mut file = Vec::new();
+//! io::write(&triangle, Format::Ply, Precision::Double, &mut file)?;
+//! let (read, report) = io::read_bytes("triangle.ply", &file, Some(Format::Ply))?;
+//! assert_eq!(read, triangle);
+//! assert_eq!(report.faces, 1);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod assembly;
 pub mod error;

@@ -6,7 +6,7 @@ use super::error::{Fault, Flaw};
 use super::output::{Precision, WriteError};
 use super::text::{self, Lines, integer, syntax, without_comment, words};
 use crate::mesh::Mesh;
-use crate::num::Progress;
+use crate::num::{Cancelled, Progress};
 use std::io::{self, BufRead, Read, Write};
 use tobj::{LoadError, LoadOptions};
 
@@ -15,10 +15,13 @@ use tobj::{LoadError, LoadOptions};
 /// `tobj` parses what [`Records`] leaves of the file. It numbers vertices by first use in a face,
 /// so the first face it gets is one of our own that has every vertex in order: the numbers stay
 /// those of the file, and unused vertices stay.
-pub(super) fn read(bytes: &[u8], progress: &Progress) -> Result<(Mesh, ReadReport), Flaw> {
+pub(super) fn read<'a>(
+    bytes: &'a [u8],
+    progress: &'a Progress,
+) -> Result<(Mesh, ReadReport), Flaw> {
     let mut assembly = Assembly::new(Format::Obj, bytes.len(), progress);
     let vertices = survey(bytes, &mut assembly)?;
-    let mut records = Records::new(bytes, vertices);
+    let mut records = Records::new(bytes, vertices, &mut assembly);
     let options = LoadOptions {
         single_index: false,
         triangulate: false,
@@ -83,7 +86,10 @@ const IGNORED: [&str; 12] =
     ["vt", "vn", "vp", "p", "l", "g", "o", "s", "mg", "usemtl", "mtllib", "lod"];
 
 /// What `tobj` complains of, with its place in the file.
-fn flaw(error: LoadError, records: &Records<'_>, bytes: &[u8], vertices: u64) -> Flaw {
+fn flaw(error: LoadError, records: &Records<'_, '_>, bytes: &[u8], vertices: u64) -> Flaw {
+    if let Some(cancelled) = records.cancelled {
+        return cancelled.into();
+    }
     let expected = match error {
         LoadError::FaceVertexOutOfBounds => return first_bad_index(bytes, vertices),
         LoadError::PositionParseError => "three coordinates after v",
@@ -196,22 +202,24 @@ impl<'a> LogicalLines<'a> {
 ///
 /// Weights and colours of vertices, texture and normal indices of faces and all other records are
 /// gone. The buffer holds one line; after each, `tobj` parses before it asks for the next.
-struct Records<'a> {
+struct Records<'a, 'b> {
     lines: LogicalLines<'a>,
     buffer: Vec<u8>,
     taken: usize,
+    assembly: &'b mut Assembly<'a>,
+    cancelled: Option<Cancelled>,
 }
 
-impl<'a> Records<'a> {
+impl<'a, 'b> Records<'a, 'b> {
     /// The records of `bytes` after a face of all its `vertices`.
-    fn new(bytes: &'a [u8], vertices: u64) -> Self {
+    fn new(bytes: &'a [u8], vertices: u64, assembly: &'b mut Assembly<'a>) -> Self {
         let mut buffer = b"f".to_vec();
         for vertex in 1..=vertices {
             buffer.push(b' ');
             buffer.extend_from_slice(vertex.to_string().as_bytes());
         }
         buffer.push(b'\n');
-        Self { lines: LogicalLines::new(bytes), buffer, taken: 0 }
+        Self { lines: LogicalLines::new(bytes), buffer, taken: 0, assembly, cancelled: None }
     }
 
     /// Fills the buffer with the next record, if there is one.
@@ -241,9 +249,15 @@ fn append(buffer: &mut Vec<u8>, word: &[u8]) {
     buffer.extend_from_slice(word);
 }
 
-impl BufRead for Records<'_> {
+impl BufRead for Records<'_, '_> {
     fn fill_buf(&mut self) -> io::Result<&[u8]> {
         if self.taken == self.buffer.len() {
+            // The survey before was the first half of the work.
+            let offset = self.lines.lines.size() / 2 + self.lines.lines.offset / 2;
+            if let Err(cancelled) = self.assembly.reach(offset) {
+                self.cancelled = Some(cancelled);
+                return Err(io::Error::other(cancelled));
+            }
             self.next_record();
         }
         Ok(&self.buffer[self.taken..])
@@ -254,7 +268,7 @@ impl BufRead for Records<'_> {
     }
 }
 
-impl Read for Records<'_> {
+impl Read for Records<'_, '_> {
     fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
         let count = self.fill_buf()?.read(out)?;
         self.consume(count);

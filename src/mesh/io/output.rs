@@ -15,6 +15,21 @@ pub enum Precision {
     Double,
 }
 
+impl Precision {
+    /// The least precision that tells points apart at a distance of `length` and at coordinates up
+    /// to `largest`: single where that is at least four units in its last place.
+    #[must_use]
+    pub fn to_resolve(length: f64, largest: f64) -> Self {
+        let unit = 2.0_f64.powi(libm::ilogb(largest).clamp(-126, 1000) - 23);
+        // The comparison fails on NaN, and then nothing is known to suffice.
+        if largest.abs() <= f64::from(f32::MAX) && length >= 4.0 * unit {
+            Self::Single
+        } else {
+            Self::Double
+        }
+    }
+}
+
 /// Why a mesh can't be written.
 #[derive(Debug, thiserror::Error)]
 pub enum WriteError {
@@ -112,7 +127,7 @@ impl FileSink {
     /// Writes what is left and returns the file.
     ///
     /// # Errors
-    /// As [`write`].
+    /// As [`write()`].
     pub fn finish(self) -> Result<File, WriteError> {
         match self.stage {
             Stage::Streamed(sink) => Ok(sink.into_file()),
@@ -166,5 +181,24 @@ pub(super) fn single(value: f64) -> Result<f32, WriteError> {
         Ok(rounded)
     } else {
         Err(WriteError::BeyondSingle { value })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn precision_follows_the_length_to_resolve() {
+        // The unit in the last place of 1.5 is 2^-23, of 0.75 half of it.
+        let unit = 2.0_f64.powi(-23);
+        assert_eq!(Precision::to_resolve(4.0 * unit, 1.5), Precision::Single);
+        assert_eq!(Precision::to_resolve(3.9 * unit, 1.5), Precision::Double);
+        assert_eq!(Precision::to_resolve(2.0 * unit, 0.75), Precision::Single);
+        assert_eq!(Precision::to_resolve(1.0, 1e7), Precision::Double);
+        assert_eq!(Precision::to_resolve(1e300, 1e39), Precision::Double);
+        assert_eq!(Precision::to_resolve(f64::NAN, 1.0), Precision::Double);
+        assert_eq!(Precision::to_resolve(1.0, f64::NAN), Precision::Double);
+        assert_eq!(Precision::to_resolve(1e-9, 0.0), Precision::Single);
     }
 }

@@ -25,6 +25,11 @@ impl<'a> Lines<'a> {
         &self.bytes[self.offset..]
     }
 
+    /// Bytes of the whole text.
+    pub(super) const fn size(&self) -> usize {
+        self.bytes.len()
+    }
+
     /// Whether the last line given ended in `\r` alone.
     pub(super) fn ends_in_bare_return(&self) -> bool {
         self.bytes[..self.offset].ends_with(b"\r")
