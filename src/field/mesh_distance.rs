@@ -7,7 +7,7 @@
 use super::sign::{Pseudonormals, Side};
 use super::surface::{Repairs, Surface, Unusable};
 use super::triangle::{Nearest, Packet, closest};
-use super::winding;
+use super::winding::Winding;
 use crate::expr::{Failure, Oracle, Queries};
 use crate::geom::bvh::{REMOTE, Stack, reach};
 use crate::geom::{Aabb, Bvh};
@@ -32,6 +32,7 @@ pub struct MeshDistance {
     tree: Bvh,
     packets: Vec<Packet>,
     normals: Pseudonormals,
+    winding: Winding,
 }
 
 impl std::fmt::Debug for MeshDistance {
@@ -75,7 +76,8 @@ pub fn mesh_distance(mesh: &Mesh, name: &str) -> Result<MeshDistance, Unusable> 
     } else {
         Pseudonormals::of_faces(&surface)
     };
-    Ok(MeshDistance { name: name.to_owned(), surface, bounds, tree, packets, normals })
+    let winding = Winding::new(&surface, &tree);
+    Ok(MeshDistance { name: name.to_owned(), surface, bounds, tree, packets, normals, winding })
 }
 
 impl MeshDistance {
@@ -150,7 +152,11 @@ impl MeshDistance {
 
     /// The side by the winding number.
     fn wound(&self, scaled: DVec3) -> Side {
-        if winding::exact(&self.surface, scaled) > 0.5 { Side::Inside } else { Side::Outside }
+        if self.winding.number(&self.surface, &self.tree, scaled) > 0.5 {
+            Side::Inside
+        } else {
+            Side::Outside
+        }
     }
 }
 
@@ -222,53 +228,9 @@ impl Oracle for MeshDistance {
 
 #[cfg(test)]
 mod tests {
-    use super::super::surface::tests::{cube, mapped};
+    use super::super::samples::{Uniform, cube, mapped, sphere};
     use super::super::triangle::unit_normal;
     use super::*;
-
-    /// A small generator of uniform numbers in [0, 1).
-    struct Uniform(u64);
-
-    impl Uniform {
-        fn next(&mut self) -> f64 {
-            self.0 = self
-                .0
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1_442_695_040_888_963_407);
-            (self.0 >> 11) as f64 / (1_u64 << 53) as f64
-        }
-
-        fn point(&mut self, lo: f64, hi: f64) -> DVec3 {
-            DVec3::from_array(std::array::from_fn(|_| lo + (hi - lo) * self.next()))
-        }
-    }
-
-    /// The unit sphere, from an octahedron with every face cut in four `levels` times.
-    fn sphere(levels: u32) -> Mesh {
-        let mut positions: Vec<DVec3> = DVec3::AXES.iter().flat_map(|a| [*a, -*a]).collect();
-        let mut triangles: Vec<[u32; 3]> = Vec::new();
-        for octant in 0..8_u32 {
-            let [x, y, z] = [0, 1, 2].map(|a| 2 * a + (octant >> a & 1));
-            let even = octant.count_ones() % 2 == 0;
-            triangles.push(if even { [x, y, z] } else { [x, z, y] });
-        }
-        for _ in 0..levels {
-            let mut middle = std::collections::HashMap::new();
-            let mut finer = Vec::new();
-            for [a, b, c] in triangles {
-                let [ab, bc, ca] = [[a, b], [b, c], [c, a]].map(|[p, q]| {
-                    *middle.entry([p.min(q), p.max(q)]).or_insert_with(|| {
-                        let sum = positions[p as usize] + positions[q as usize];
-                        positions.push(sum.normalize());
-                        positions.len() as u32 - 1
-                    })
-                });
-                finer.extend([[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]);
-            }
-            triangles = finer;
-        }
-        Mesh { positions: positions.iter().map(|p| p.to_array()).collect(), triangles }
-    }
 
     fn value(field: &MeshDistance, p: DVec3) -> f64 {
         let mut value = [0.0];
