@@ -1,20 +1,26 @@
 //! The signed distance to a triangle mesh.
 //!
-//! The magnitude is the exact distance to the nearest face, whatever the mesh. The nearest face is
-//! the least by (squared distance, number), an order without ties, and value, gradient and sign
-//! are functions of the point and that face alone: so all queries agree to the bit.
+//! The magnitude is the exact distance to the nearest face, whatever the mesh. Value, gradient and
+//! sign are functions of the point and its nearest face alone: so all queries agree to the bit.
+//!
+//! Outside of the mesh's box every point is outside of the solid. That cuts off the bulges that
+//! winding numbers of several open sheets can have.
+//!
+//! What this is not: where bodies overlap, the faces inside of the union still count, so that the
+//! magnitude is too small there; the sign is right.
 
-use super::sign::{Pseudonormals, Side};
-use super::surface::{Repairs, Surface, Unusable};
-use super::triangle::{Nearest, Packet, closest};
-use super::winding::Winding;
+use super::report::Report;
+use super::search::{Faces, Place, Search};
+use super::sides::{Cells, Sides};
+use super::sign::Side;
+use super::surface::{Surface, Unusable};
+use super::triangle::closest;
 use crate::expr::{Failure, Oracle, Queries};
-use crate::geom::bvh::{REMOTE, Stack, reach};
-use crate::geom::{Aabb, Bvh};
+use crate::geom::Aabb;
 use crate::mesh::Mesh;
 use crate::num::Interval;
 use glam::DVec3;
-use rayon::prelude::*;
+use std::fmt;
 
 /// Bound on the rounding error of a value, in units of the distance plus the size of the mesh:
 /// some tens of roundings.
@@ -26,27 +32,24 @@ const TOUCHING: f64 = 1.0 / (1_u64 << 44) as f64;
 /// The signed distance to a triangle mesh, negative inside, in model units.
 pub struct MeshDistance {
     name: String,
-    /// Positions times the scale of the tree's frame: the size is about 1, with the same bits.
-    surface: Surface,
     bounds: Aabb,
-    tree: Bvh,
-    packets: Vec<Packet>,
-    normals: Pseudonormals,
-    winding: Winding,
+    faces: Faces,
+    sides: Sides,
+    report: Report,
 }
 
-impl std::fmt::Debug for MeshDistance {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("MeshDistance").field("name", &self.name).finish_non_exhaustive()
+impl fmt::Debug for MeshDistance {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { name, report, .. } = self;
+        f.debug_struct("MeshDistance").field("name", name).field("report", report).finish()
     }
 }
 
 /// Scratch memory of a run of queries. Never changes an answer.
 #[derive(Default)]
-struct Search {
-    stack: Stack,
-    /// The leaf with the last answer: a good first guess.
-    leaf: usize,
+struct Memory {
+    search: Search,
+    cells: Cells,
 }
 
 /// Value and gradient at a point.
@@ -57,27 +60,23 @@ struct Answer {
 
 /// The signed distance to `mesh`, named `name` in messages.
 ///
+/// The mesh need not be closed, oriented or free of overlaps: [`MeshDistance::report`] says what
+/// was found and how sides are told.
+///
 /// # Errors
 /// [`Unusable`] if the mesh has no faces, or faces that make no sense.
 pub fn mesh_distance(mesh: &Mesh, name: &str) -> Result<MeshDistance, Unusable> {
-    let mut surface = Surface::new(mesh)?;
-    let boxes: Vec<Aabb> = (0..surface.triangles.len())
-        .into_par_iter()
-        .map(|face| Aabb::around(surface.corners(face)))
-        .collect();
-    let tree = Bvh::build(&boxes);
+    let surface = Surface::new(mesh)?;
     let bounds = surface.bounds();
-    let scale = tree.frame().scale;
-    surface.positions.par_iter_mut().for_each(|position| *position *= scale);
-    let corners = |face: u32| surface.corners(face as usize);
-    let packets = tree.leaves().par_iter().map(|faces| Packet::new(faces, corners)).collect();
-    let normals = if surface.edges.is_closed_manifold() {
-        Pseudonormals::of(&surface)
-    } else {
-        Pseudonormals::of_faces(&surface)
+    let faces = Faces::new(surface);
+    let (sides, reason) = Sides::new(&faces);
+    let report = Report {
+        method: sides.method(),
+        reason,
+        faces: faces.surface.triangles.len(),
+        repairs: faces.surface.repairs,
     };
-    let winding = Winding::new(&surface, &tree);
-    Ok(MeshDistance { name: name.to_owned(), surface, bounds, tree, packets, normals, winding })
+    Ok(MeshDistance { name: name.to_owned(), bounds, faces, sides, report })
 }
 
 impl MeshDistance {
@@ -87,59 +86,31 @@ impl MeshDistance {
         self.bounds
     }
 
-    /// What was mended.
+    /// What was made of the mesh.
     #[must_use]
-    pub fn repairs(&self) -> Repairs {
-        self.surface.repairs
-    }
-
-    /// The nearest face of `scaled`, which is `local` in the tree's frame.
-    #[inline(always)]
-    fn nearest(&self, scaled: DVec3, local: DVec3, search: &mut Search) -> Nearest {
-        let at = local.to_array().map(|x| x as f32);
-        let point = scaled.to_array();
-        let mut nearest = Nearest::NONE;
-        let first = search.leaf;
-        self.packets[first].improve(point, &mut nearest);
-        let leaf = &mut search.leaf;
-        self.tree.nearest(at, &mut search.stack, reach(nearest.squared), |next| {
-            if next != first {
-                let before = nearest;
-                self.packets[next].improve(point, &mut nearest);
-                if nearest != before {
-                    *leaf = next;
-                }
-            }
-            reach(nearest.squared)
-        });
-        nearest
+    pub fn report(&self) -> &Report {
+        &self.report
     }
 
     #[inline(always)]
-    fn answer(&self, point: DVec3, search: &mut Search) -> Answer {
-        let frame = self.tree.frame();
-        let local = frame.local(point);
-        // The comparison is false for NaN.
-        let near = local.abs().cmplt(DVec3::splat(REMOTE)).all();
-        if !near {
-            return remote(point, frame.middle);
-        }
-        let scaled = point * frame.scale;
-        let nearest = self.nearest(scaled, local, search);
-        self.resolve(point, scaled, nearest.number as usize)
+    fn answer(&self, point: DVec3, memory: &mut Memory) -> Answer {
+        let Some(place) = self.faces.place(point) else {
+            return remote(point, self.faces.tree.frame().middle);
+        };
+        let face = self.faces.nearest(place, &mut memory.search).number as usize;
+        self.resolve(point, place, face, &mut memory.cells)
     }
 
     /// The answer at a point whose nearest face is `face`.
     #[inline(always)]
-    fn resolve(&self, point: DVec3, scaled: DVec3, face: usize) -> Answer {
-        let normal = self.normals.face(face);
-        let corners = self.surface.triangles[face];
-        let closest = closest(scaled, &self.surface.corners(face), normal);
+    fn resolve(&self, point: DVec3, place: Place, face: usize, cells: &mut Cells) -> Answer {
+        let normal = self.sides.normal(face);
+        let closest = closest(place.scaled, &self.faces.surface.corners(face), normal);
         let distance = closest.offset.length();
         let side = if distance == 0.0 || !self.bounds.contains(point) {
             Side::Outside
         } else {
-            self.normals.side(face, corners, &closest).unwrap_or_else(|| self.wound(scaled))
+            self.sides.side(&self.faces, place, (face, &closest, distance), cells)
         };
         let gradient = if distance > TOUCHING {
             side.sign() * closest.offset / distance
@@ -147,15 +118,32 @@ impl MeshDistance {
             normal.unwrap_or(DVec3::ZERO)
         };
         // Division by a power of two is exact.
-        Answer { value: side.sign() * (distance / self.tree.frame().scale), gradient }
+        Answer { value: side.sign() * (distance / self.faces.tree.frame().scale), gradient }
     }
 
-    /// The side by the winding number.
-    fn wound(&self, scaled: DVec3) -> Side {
-        if self.winding.number(&self.surface, &self.tree, scaled) > 0.5 {
-            Side::Inside
-        } else {
-            Side::Outside
+    /// An enclosure of the values in the box with corners `lo` and `hi`, which are finite.
+    fn enclosure(&self, lo: DVec3, hi: DVec3) -> Interval {
+        let middle = 0.5 * lo + 0.5 * hi;
+        let radius = (hi - middle).max(middle - lo).length();
+        let value = self.answer(middle, &mut Memory::default()).value;
+        let scale = self.faces.tree.frame().scale;
+        let margin = radius + ROUNDING * (value.abs() + radius + 2.0 / scale);
+        let (least, most) = (value.abs() - margin, value.abs() + margin);
+        if self.sides.is_continuous() {
+            return Interval::new(value - margin, value + margin);
+        }
+        // A hole can turn the sign without a face in sight.
+        let side = match self.faces.place(middle) {
+            _ if least <= 0.0 => None,
+            None => Some(Side::Outside),
+            Some(place) => self.sides.common(&self.faces, place, margin * scale),
+        };
+        match side {
+            Some(Side::Outside) => Interval::new(least, most),
+            Some(Side::Inside) if self.bounds.contains(lo) && self.bounds.contains(hi) => {
+                Interval::new(-most, -least)
+            }
+            Some(Side::Inside) | None => Interval::new(-most, most),
         }
     }
 }
@@ -186,9 +174,9 @@ impl Oracle for MeshDistance {
     fn points(&self, queries: Queries<'_>) -> Result<(), Failure> {
         let Queries { at: [x, y, z], value, mut gradient } = queries;
         pulp::Arch::new().dispatch(|| {
-            let mut search = Search::default();
+            let mut memory = Memory::default();
             for (i, value) in value.iter_mut().enumerate() {
-                let answer = self.answer(DVec3::new(x[i], y[i], z[i]), &mut search);
+                let answer = self.answer(DVec3::new(x[i], y[i], z[i]), &mut memory);
                 *value = answer.value;
                 if let Some(rows) = &mut gradient {
                     for (row, partial) in rows.iter_mut().zip(answer.gradient.to_array()) {
@@ -204,32 +192,28 @@ impl Oracle for MeshDistance {
         let nan = at.iter().any(|side| side.nan);
         let lo = DVec3::from_array(at.map(|side| side.lo));
         let hi = DVec3::from_array(at.map(|side| side.hi));
+        let enclosure = if lo.is_finite() && hi.is_finite() {
+            self.enclosure(lo, hi)
+        } else {
+            // No point inside is farther from a face than the size of the mesh.
+            Interval::new(-4.0 / self.faces.tree.frame().scale, f64::INFINITY)
+        };
+        // Outside of the bounds the value is a distance, and not less than that of the bounds.
         let outside = (self.bounds.lo - hi).max(lo - self.bounds.hi).max(DVec3::ZERO);
         let gap = outside.length() * (1.0 - ROUNDING);
-        let size = 2.0 / self.tree.frame().scale;
-        let enclosure = if lo.is_finite() && hi.is_finite() {
-            let middle = 0.5 * lo + 0.5 * hi;
-            let radius = (hi - middle).max(middle - lo).length();
-            let value = self.answer(middle, &mut Search::default()).value;
-            let margin = radius + ROUNDING * (value.abs() + radius + size);
-            Interval::new(value - margin, value + margin)
-        } else {
-            Interval::new(-4.0 * size, f64::INFINITY)
-        };
-        // Outside the bounds the value is a distance, and not less than that of the bounds.
-        let lo = if outside == DVec3::ZERO { enclosure.lo } else { enclosure.lo.max(gap) };
-        Interval { lo, nan, ..enclosure }
+        let lo = if gap > 0.0 { enclosure.lo.max(gap) } else { enclosure.lo };
+        Interval { lo, hi: enclosure.hi.max(lo), nan }
     }
 
     fn lipschitz(&self) -> f64 {
-        1.0
+        if self.sides.is_continuous() { 1.0 } else { f64::INFINITY }
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::super::samples::{Uniform, cube, mapped, sphere};
-    use super::super::triangle::unit_normal;
+    use super::super::triangle::{Nearest, unit_normal};
     use super::*;
 
     fn value(field: &MeshDistance, p: DVec3) -> f64 {
@@ -339,17 +323,17 @@ mod tests {
         let triangles = (0..1200).map(|f| [3 * f, 3 * f + 1, 3 * f + 2]).collect();
         let mesh = Mesh { positions, triangles };
         let field = mesh_distance(&mesh, "soup").unwrap();
-        let scale = field.tree.frame().scale;
+        let scale = field.faces.tree.frame().scale;
         let mut search = Search::default();
         for i in 0..300 {
             let p = random.point(-0.5, 1.5) * if i % 5 == 0 { 1e5 } else { 1.0 };
             let mut brute = Nearest::NONE;
-            for packet in &field.packets {
+            for packet in &field.faces.packets {
                 packet.improve((p * scale).to_array(), &mut brute);
             }
-            let found = field.nearest(p * scale, field.tree.frame().local(p), &mut search);
+            let found = field.faces.nearest(field.faces.place(p).unwrap(), &mut search);
             assert_eq!(found, brute);
-            let corners = field.surface.corners(found.number as usize);
+            let corners = field.faces.surface.corners(found.number as usize);
             let exact = closest(p * scale, &corners, unit_normal(corners)).offset.length() / scale;
             assert_eq!(value(&field, p).abs(), exact);
         }
