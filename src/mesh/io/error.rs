@@ -1,0 +1,149 @@
+//! What can be wrong with a mesh file.
+
+use super::{Format, Refused};
+use crate::num::Cancelled;
+use std::fmt;
+use std::io;
+
+/// Why a file gives no mesh: where, what and how to cure it.
+#[derive(Debug, thiserror::Error)]
+#[error("{}", self.describe())]
+pub struct ReadError {
+    /// The name of the file.
+    pub file: String,
+    /// Where the reader stopped, if at one place.
+    pub place: Option<Place>,
+    /// What is wrong.
+    pub fault: Fault,
+}
+
+impl ReadError {
+    fn describe(&self) -> String {
+        let Self { file, place, fault } = self;
+        let place = place.map_or_else(String::new, |place| format!(", {place}"));
+        let cure = fault.cure().map_or_else(String::new, |cure| format!("; {cure}"));
+        format!("{file}{place}: {fault}{cure}")
+    }
+}
+
+/// A place in a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Place {
+    /// A line of text, the first being 1.
+    Line(u64),
+    /// An offset in bytes from the start of a binary file.
+    Byte(u64),
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Line(number) => write!(f, "line {number}"),
+            Self::Byte(offset) => write!(f, "byte {offset}"),
+        }
+    }
+}
+
+/// What is wrong with a file.
+#[derive(Debug, thiserror::Error)]
+pub enum Fault {
+    /// The file can't be opened or read.
+    #[error("can't be read: {0}")]
+    Unreadable(#[from] io::Error),
+    /// The format is known and not supported.
+    #[error("{} files are not read", .0.name())]
+    Refused(Refused),
+    /// Neither content nor extension tell a mesh format.
+    #[error("is not a mesh in a known format")]
+    Unknown,
+    /// The content is not what the extension says, nor another known format.
+    #[error("is not {} inside", .0.name())]
+    Not(Format),
+    /// Something else stands where the format wants something.
+    #[error("expected {expected}, found `{found}`")]
+    Syntax {
+        /// What the format wants.
+        expected: &'static str,
+        /// The beginning of what is there.
+        found: String,
+    },
+    /// The file ends before its content does.
+    #[error("the file ends before {before}")]
+    Truncated {
+        /// What should still come.
+        before: &'static str,
+    },
+    /// There are no faces: a point cloud, lines, or nothing.
+    #[error("no faces: {vertices} vertices that bound no surface")]
+    NoFaces {
+        /// How many vertices there are.
+        vertices: u64,
+    },
+    /// A face names a vertex that does not exist.
+    #[error("a face has vertex {index}, but there are {vertices} vertices")]
+    IndexOutOfRange {
+        /// The index as the file has it.
+        index: i64,
+        /// How many vertices there are.
+        vertices: u64,
+    },
+    /// A coordinate is infinite or no number.
+    #[error("a vertex has a coordinate that is not finite")]
+    NotFinite,
+    /// A count exceeds what the program holds.
+    #[error("too large: {what}")]
+    TooLarge {
+        /// What there is too much of.
+        what: &'static str,
+    },
+    /// The caller cancelled.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+}
+
+impl Fault {
+    /// What the user can do about it.
+    #[must_use]
+    pub const fn cure(&self) -> Option<&'static str> {
+        match self {
+            Self::Unreadable(_) | Self::Cancelled(_) => None,
+            Self::Refused(_) => Some("export it as PLY, STL, OBJ or OFF"),
+            Self::Unknown | Self::Not(_) => Some("give a PLY, STL, OBJ or OFF file"),
+            Self::Syntax { .. } | Self::IndexOutOfRange { .. } | Self::NotFinite => {
+                Some("export it again, or repair it there")
+            }
+            Self::Truncated { .. } => Some("copy or export it again, in full"),
+            Self::NoFaces { .. } => Some("give a surface mesh"),
+            Self::TooLarge { .. } => Some("simplify the mesh"),
+        }
+    }
+
+    /// The fault in line `number`.
+    pub(super) const fn at_line(self, number: u64) -> Flaw {
+        Flaw { place: Some(Place::Line(number)), fault: self }
+    }
+
+    /// The fault at an offset in bytes.
+    pub(super) const fn at_byte(self, offset: usize) -> Flaw {
+        Flaw { place: Some(Place::Byte(offset as u64)), fault: self }
+    }
+}
+
+/// A fault whose file is not named yet.
+#[derive(Debug)]
+pub(super) struct Flaw {
+    pub(super) place: Option<Place>,
+    pub(super) fault: Fault,
+}
+
+impl<F: Into<Fault>> From<F> for Flaw {
+    fn from(fault: F) -> Self {
+        Self { place: None, fault: fault.into() }
+    }
+}
+
+impl Flaw {
+    pub(super) fn in_file(self, file: &str) -> ReadError {
+        ReadError { file: file.to_owned(), place: self.place, fault: self.fault }
+    }
+}

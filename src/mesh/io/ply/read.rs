@@ -1,0 +1,189 @@
+//! Reading PLY: text and both binary byte orders, any elements, properties and lists.
+//!
+//! The vertices are the element `vertex` with `x`, `y`, `z`, the faces are `face` with the list
+//! `vertex_indices` or `vertex_index`; all else is passed over. No count of the header is trusted:
+//! what can't fit into the rest of the file is refused before anything is read.
+
+use super::header::{Element, Encoding, Holds, Scalar, header};
+use super::source::{Ascii, Binary, Source};
+use crate::mesh::Mesh;
+use crate::mesh::io::Format;
+use crate::mesh::io::assembly::{Assembly, ReadReport};
+use crate::mesh::io::error::{Fault, Flaw};
+use crate::mesh::io::text::Lines;
+use crate::num::Progress;
+
+/// Reads a PLY file.
+pub(crate) fn read(bytes: &[u8], progress: &Progress) -> Result<(Mesh, ReadReport), Flaw> {
+    let mut lines = Lines::new(bytes);
+    let header = header(&mut lines)?;
+    let mut assembly = Assembly::new(Format::Ply, bytes.len(), progress);
+    match header.encoding {
+        Encoding::Ascii => elements(Ascii::new(lines), &header.elements, &mut assembly)?,
+        Encoding::LittleEndian => {
+            let source = Binary::<false>::new(bytes, lines.offset);
+            elements(source, &header.elements, &mut assembly)?;
+        }
+        Encoding::BigEndian => {
+            let source = Binary::<true>::new(bytes, lines.offset);
+            elements(source, &header.elements, &mut assembly)?;
+        }
+    }
+    Ok(assembly.finish()?)
+}
+
+/// What a property is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Role {
+    Coordinate(usize),
+    Corners,
+    Ignored,
+}
+
+/// Reads all elements: the first `vertex` before the first `face`, whatever their order.
+fn elements<S: Source>(
+    mut source: S,
+    elements: &[Element],
+    assembly: &mut Assembly<'_>,
+) -> Result<(), Flaw> {
+    let first = |name| elements.iter().position(|element| element.name == name);
+    let (vertex, face) = (first("vertex"), first("face"));
+    let mut early_faces = None;
+    for (number, element) in elements.iter().enumerate() {
+        source.announce(element)?;
+        if Some(number) == vertex {
+            vertices(&mut source, element, assembly)?;
+        } else if Some(number) == face && vertex > face {
+            early_faces = Some((source.clone(), element));
+            skip(&mut source, element)?;
+        } else if Some(number) == face {
+            faces(&mut source, element, assembly)?;
+        } else {
+            assembly.ignore(&format!("element {}", element.name));
+            skip(&mut source, element)?;
+        }
+    }
+    if !source.is_exhausted() {
+        assembly.ignore("data after the last element");
+    }
+    if let Some((mut source, element)) = early_faces {
+        faces(&mut source, element, assembly)?;
+    }
+    Ok(())
+}
+
+fn vertices<S: Source>(
+    source: &mut S,
+    element: &Element,
+    assembly: &mut Assembly<'_>,
+) -> Result<(), Flaw> {
+    let roles = roles(element, assembly, |name, holds| match (name, holds) {
+        ("x", Holds::One(_)) => Role::Coordinate(0),
+        ("y", Holds::One(_)) => Role::Coordinate(1),
+        ("z", Holds::One(_)) => Role::Coordinate(2),
+        _ => Role::Ignored,
+    });
+    if roles.iter().filter(|role| matches!(role, Role::Coordinate(_))).count() < 3 {
+        return Err(Fault::NoFaces { vertices: 0 }.into());
+    }
+    rows(source, element, &roles, |source, row| {
+        assembly.reach(source.offset())?;
+        assembly.vertex(row.position).map_err(|fault| source.flaw(fault))
+    })
+}
+
+fn faces<S: Source>(
+    source: &mut S,
+    element: &Element,
+    assembly: &mut Assembly<'_>,
+) -> Result<(), Flaw> {
+    let roles = roles(element, assembly, |name, holds| match (name, holds) {
+        ("vertex_indices" | "vertex_index", Holds::List { item, .. }) if item.is_integer() => {
+            Role::Corners
+        }
+        _ => Role::Ignored,
+    });
+    if !roles.contains(&Role::Corners) {
+        assembly.ignore("faces without a list vertex_indices");
+        return skip(source, element);
+    }
+    rows(source, element, &roles, |source, row| {
+        assembly.reach(source.offset())?;
+        assembly.face(&row.corners).map_err(|fault| source.flaw(fault))
+    })
+}
+
+/// The roles of the element's properties; of several with one role the first has it.
+fn roles(
+    element: &Element,
+    assembly: &mut Assembly<'_>,
+    role: impl Fn(&str, Holds) -> Role,
+) -> Vec<Role> {
+    let mut roles = Vec::with_capacity(element.properties.len());
+    for property in &element.properties {
+        let mut role = role(&property.name, property.holds);
+        if role == Role::Ignored || roles.contains(&role) {
+            role = Role::Ignored;
+            assembly.ignore(&format!("property {} of {}", property.name, element.name));
+        }
+        roles.push(role);
+    }
+    roles
+}
+
+/// The wanted properties of one item.
+#[derive(Default)]
+struct Row {
+    position: [f64; 3],
+    corners: Vec<i64>,
+}
+
+/// Reads every item of `element` and hands it to `visit`.
+fn rows<S: Source>(
+    source: &mut S,
+    element: &Element,
+    roles: &[Role],
+    mut visit: impl FnMut(&S, &Row) -> Result<(), Flaw>,
+) -> Result<(), Flaw> {
+    // An item without properties takes no room, so their number proves nothing.
+    if element.properties.is_empty() {
+        return Ok(());
+    }
+    let mut row = Row::default();
+    for _ in 0..element.count {
+        source.begin_item()?;
+        for (property, &role) in element.properties.iter().zip(roles) {
+            match (property.holds, role) {
+                (Holds::One(scalar), Role::Coordinate(axis)) => {
+                    row.position[axis] = source.number(scalar)?;
+                }
+                (Holds::List { length, item }, Role::Corners) => {
+                    let length = list_length(source, length, item)?;
+                    row.corners.clear();
+                    for _ in 0..length {
+                        row.corners.push(source.integer(item)?);
+                    }
+                }
+                (Holds::One(scalar), Role::Corners | Role::Ignored) => source.skip(scalar, 1)?,
+                (Holds::List { length, item }, Role::Coordinate(_) | Role::Ignored) => {
+                    let length = list_length(source, length, item)?;
+                    source.skip(item, length)?;
+                }
+            }
+        }
+        source.end_item()?;
+        visit(source, &row)?;
+    }
+    Ok(())
+}
+
+fn skip<S: Source>(source: &mut S, element: &Element) -> Result<(), Flaw> {
+    rows(source, element, &vec![Role::Ignored; element.properties.len()], |_, _| Ok(()))
+}
+
+/// Reads the length of a list whose items are still to come in full.
+fn list_length<S: Source>(source: &mut S, length: Scalar, item: Scalar) -> Result<usize, Flaw> {
+    let length = source.integer(length)?;
+    let fits = usize::try_from(length).ok().filter(|&length| source.has(item, length));
+    fits.ok_or_else(|| source.flaw(Fault::Truncated { before: "the end of a list" }))
+}

@@ -1,0 +1,279 @@
+//! Writing binary PLY: vertices as `float` or `double`, faces as `uchar int`.
+//!
+//! A file whose counts are known has every vertex and triangle at a known offset, so its pieces
+//! can be written by many threads in any order. Indices are `int`, `uint` beyond 2^31 vertices.
+
+use crate::mesh::io::output::{Precision, WriteError, single};
+use crate::mesh::{Mesh, Sink};
+use std::cell::RefCell;
+use std::fs::File;
+use std::io::{self, Write};
+
+/// Bytes of a triangle: its number of corners and three indices.
+const TRIANGLE: usize = 13;
+/// Items encoded between two writes: a buffer that stays in cache.
+const ITEMS_A_PIECE: usize = 1 << 14;
+
+thread_local! {
+    /// Encoded items, kept so that no run allocates.
+    static BUFFER: RefCell<Vec<u8>> = const { RefCell::new(Vec::new()) };
+}
+
+/// Where things lie in a file.
+#[derive(Debug)]
+struct Layout {
+    header: String,
+    precision: Precision,
+    vertices: u64,
+    triangles: u64,
+}
+
+impl Layout {
+    fn new(precision: Precision, vertices: u64, triangles: u64) -> Result<Self, WriteError> {
+        let index = match vertices {
+            0..=0x8000_0000 => "int",
+            0x8000_0001..=0x1_0000_0000 => "uint",
+            _ => return Err(WriteError::TooManyVertices { vertices }),
+        };
+        let number = match precision {
+            Precision::Single => "float",
+            Precision::Double => "double",
+        };
+        let version = env!("CARGO_PKG_VERSION");
+        let header = format!(
+            "ply\nformat binary_little_endian 1.0\ncomment alveole {version}\n\
+             element vertex {vertices}\n\
+             property {number} x\nproperty {number} y\nproperty {number} z\n\
+             element face {triangles}\nproperty list uchar {index} vertex_indices\nend_header\n"
+        );
+        Ok(Self { header, precision, vertices, triangles })
+    }
+
+    /// Bytes of a vertex.
+    const fn vertex(&self) -> u64 {
+        match self.precision {
+            Precision::Single => 12,
+            Precision::Double => 24,
+        }
+    }
+
+    fn vertex_offset(&self, number: u64) -> u64 {
+        self.header.len() as u64 + self.vertex() * number
+    }
+
+    fn triangle_offset(&self, number: u64) -> u64 {
+        self.vertex_offset(self.vertices) + TRIANGLE as u64 * number
+    }
+}
+
+/// Writes the binary little-endian variant.
+pub(crate) fn write(
+    mesh: &Mesh,
+    precision: Precision,
+    out: &mut dyn Write,
+) -> Result<(), WriteError> {
+    let layout = Layout::new(precision, mesh.positions.len() as u64, mesh.triangles.len() as u64)?;
+    out.write_all(layout.header.as_bytes())?;
+    let mut buffer = Vec::new();
+    for piece in mesh.positions.chunks(ITEMS_A_PIECE) {
+        out.write_all(encode_vertices(&mut buffer, piece, precision)?)?;
+    }
+    for piece in mesh.triangles.chunks(ITEMS_A_PIECE) {
+        out.write_all(encode_triangles(&mut buffer, piece))?;
+    }
+    Ok(())
+}
+
+/// A sink that writes a binary PLY file by positioned writes, each piece as it comes.
+#[derive(Debug)]
+pub struct PlySink {
+    file: File,
+    precision: Precision,
+    layout: Option<Layout>,
+    #[cfg(not(unix))]
+    seek: std::sync::Mutex<()>,
+}
+
+impl PlySink {
+    /// A sink into `file`, which must be an empty regular file open for writing.
+    #[must_use]
+    pub const fn new(file: File, precision: Precision) -> Self {
+        Self {
+            file,
+            precision,
+            layout: None,
+            #[cfg(not(unix))]
+            seek: std::sync::Mutex::new(()),
+        }
+    }
+
+    /// The file, complete once every announced vertex and triangle has come.
+    #[must_use]
+    pub fn into_file(self) -> File {
+        self.file
+    }
+
+    fn layout(&self) -> io::Result<&Layout> {
+        let unannounced = || {
+            io::Error::new(io::ErrorKind::InvalidInput, "a piece came before the size of the mesh")
+        };
+        self.layout.as_ref().ok_or_else(unannounced)
+    }
+
+    #[cfg(unix)]
+    fn write_all_at(&self, bytes: &[u8], offset: u64) -> io::Result<()> {
+        std::os::unix::fs::FileExt::write_all_at(&self.file, bytes, offset)
+    }
+
+    #[cfg(not(unix))]
+    fn write_all_at(&self, bytes: &[u8], offset: u64) -> io::Result<()> {
+        use std::io::{Seek, SeekFrom};
+        let _one_at_a_time = self.seek.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let mut file = &self.file;
+        file.seek(SeekFrom::Start(offset))?;
+        file.write_all(bytes)
+    }
+}
+
+impl Sink for PlySink {
+    fn begin(&mut self, vertices: u64, triangles: u64) -> io::Result<()> {
+        let layout = Layout::new(self.precision, vertices, triangles)?;
+        self.file.set_len(layout.triangle_offset(triangles))?;
+        self.write_all_at(layout.header.as_bytes(), 0)?;
+        self.layout = Some(layout);
+        Ok(())
+    }
+
+    fn vertices(&self, first: u64, positions: &[[f64; 3]]) -> io::Result<()> {
+        let layout = self.layout()?;
+        debug_assert!(first + positions.len() as u64 <= layout.vertices, "more than announced");
+        let mut offset = layout.vertex_offset(first);
+        BUFFER.with_borrow_mut(|buffer| {
+            for piece in positions.chunks(ITEMS_A_PIECE) {
+                let bytes = encode_vertices(buffer, piece, self.precision)?;
+                self.write_all_at(bytes, offset)?;
+                offset += bytes.len() as u64;
+            }
+            Ok(())
+        })
+    }
+
+    fn triangles(&self, first: u64, corners: &[[u32; 3]]) -> io::Result<()> {
+        let layout = self.layout()?;
+        debug_assert!(first + corners.len() as u64 <= layout.triangles, "more than announced");
+        let mut offset = layout.triangle_offset(first);
+        BUFFER.with_borrow_mut(|buffer| {
+            for piece in corners.chunks(ITEMS_A_PIECE) {
+                let bytes = encode_triangles(buffer, piece);
+                self.write_all_at(bytes, offset)?;
+                offset += bytes.len() as u64;
+            }
+            Ok(())
+        })
+    }
+}
+
+/// The first `length` bytes of `buffer`, which grows if it must.
+fn room(buffer: &mut Vec<u8>, length: usize) -> &mut [u8] {
+    if buffer.len() < length {
+        buffer.resize(length, 0);
+    }
+    &mut buffer[..length]
+}
+
+fn encode_vertices<'a>(
+    buffer: &'a mut Vec<u8>,
+    positions: &[[f64; 3]],
+    precision: Precision,
+) -> Result<&'a [u8], WriteError> {
+    match precision {
+        Precision::Single => {
+            let bytes = room(buffer, 12 * positions.len());
+            let mut in_range = true;
+            for (item, position) in bytes.as_chunks_mut::<12>().0.iter_mut().zip(positions) {
+                let [x, y, z] = position.map(|value| value as f32);
+                in_range &= x.is_finite() & y.is_finite() & z.is_finite();
+                item[..4].copy_from_slice(&x.to_le_bytes());
+                item[4..8].copy_from_slice(&y.to_le_bytes());
+                item[8..].copy_from_slice(&z.to_le_bytes());
+            }
+            if !in_range {
+                for &value in positions.iter().flatten() {
+                    single(value)?;
+                }
+            }
+            Ok(bytes)
+        }
+        Precision::Double => {
+            let bytes = room(buffer, 24 * positions.len());
+            for (item, [x, y, z]) in bytes.as_chunks_mut::<24>().0.iter_mut().zip(positions) {
+                item[..8].copy_from_slice(&x.to_le_bytes());
+                item[8..16].copy_from_slice(&y.to_le_bytes());
+                item[16..].copy_from_slice(&z.to_le_bytes());
+            }
+            Ok(bytes)
+        }
+    }
+}
+
+fn encode_triangles<'a>(buffer: &'a mut Vec<u8>, corners: &[[u32; 3]]) -> &'a [u8] {
+    let bytes = room(buffer, TRIANGLE * corners.len());
+    for (item, [a, b, c]) in bytes.as_chunks_mut::<TRIANGLE>().0.iter_mut().zip(corners) {
+        item[0] = 3;
+        item[1..5].copy_from_slice(&a.to_le_bytes());
+        item[5..9].copy_from_slice(&b.to_le_bytes());
+        item[9..].copy_from_slice(&c.to_le_bytes());
+    }
+    bytes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::Read;
+
+    fn sheet(n: u32) -> Mesh {
+        Mesh {
+            positions: (0..n + 2).map(|i| [f64::from(i) * 0.1, f64::from(i % 2), 1e9]).collect(),
+            triangles: (0..n).map(|i| [i, i + 1, i + 2]).collect(),
+        }
+    }
+
+    #[test]
+    fn pieces_in_any_order_give_the_file_written_at_once() {
+        let mesh = sheet(40_000);
+        for precision in [Precision::Single, Precision::Double] {
+            let mut whole = Vec::new();
+            write(&mesh, precision, &mut whole).unwrap();
+            let mut sink = PlySink::new(tempfile::tempfile().unwrap(), precision);
+            sink.begin(mesh.positions.len() as u64, mesh.triangles.len() as u64).unwrap();
+            sink.triangles(20_000, &mesh.triangles[20_000..]).unwrap();
+            std::thread::scope(|scope| {
+                scope.spawn(|| sink.vertices(7, &mesh.positions[7..]).unwrap());
+                scope.spawn(|| sink.triangles(0, &mesh.triangles[..20_000]).unwrap());
+                scope.spawn(|| sink.vertices(0, &mesh.positions[..7]).unwrap());
+            });
+            let mut file = sink.into_file();
+            let mut streamed = Vec::new();
+            io::Seek::rewind(&mut file).unwrap();
+            file.read_to_end(&mut streamed).unwrap();
+            assert!(whole == streamed);
+        }
+    }
+
+    #[test]
+    fn counts_choose_the_index_type_or_are_refused() {
+        let header = |vertices| Layout::new(Precision::Single, vertices, 1).map(|l| l.header);
+        assert!(header(1 << 31).unwrap().contains("uchar int "));
+        assert!(header((1 << 31) + 1).unwrap().contains("uchar uint "));
+        assert!(header(1 << 32).unwrap().contains("uchar uint "));
+        assert!(header((1 << 32) + 1).unwrap_err().to_string().contains("2^32"));
+    }
+
+    #[test]
+    fn single_precision_refuses_what_it_would_make_infinite() {
+        let mesh = Mesh { positions: vec![[0.0, 1e39, 0.0]], triangles: vec![] };
+        assert!(write(&mesh, Precision::Single, &mut Vec::new()).is_err());
+        assert!(write(&mesh, Precision::Double, &mut Vec::new()).is_ok());
+    }
+}
