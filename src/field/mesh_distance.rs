@@ -14,6 +14,7 @@ use super::search::{Faces, Place, Search};
 use super::sides::{Cells, Sides};
 use super::sign::Side;
 use super::surface::{Surface, Unusable};
+use super::tile::{POINTS, Shape, Tile};
 use super::triangle::closest;
 use crate::expr::{Failure, Oracle, Queries};
 use crate::geom::Aabb;
@@ -121,6 +122,48 @@ impl MeshDistance {
         Answer { value: side.sign() * (distance / self.faces.tree.frame().scale), gradient }
     }
 
+    /// Values at the nodes of a grid, x fastest, tile by tile.
+    #[inline(always)]
+    fn fill_brick(&self, at: [&[f64]; 3], value: &mut [f64]) {
+        let grid = at.map(<[f64]>::len);
+        if grid.contains(&0) {
+            return;
+        }
+        let shape = Shape::of(grid);
+        let (slots, count) = shape.slots();
+        let mut memory = Memory::default();
+        let mut tile = Tile::new();
+        let mut places = Vec::with_capacity(POINTS);
+        let tiles = [0, 1, 2].map(|axis| grid[axis].div_ceil(shape.sides[axis]));
+        for number in 0..tiles.iter().product() {
+            let first = [
+                number % tiles[0] * shape.sides[0],
+                number / tiles[0] % tiles[1] * shape.sides[1],
+                number / (tiles[0] * tiles[1]) * shape.sides[2],
+            ];
+            let node = |slot: usize| [0, 1, 2].map(|axis| first[axis] + slots[slot][axis]);
+            let in_grid = |node: [usize; 3]| (0..3).all(|axis| node[axis] < grid[axis]);
+            let point =
+                |node: [usize; 3]| DVec3::new(at[0][node[0]], at[1][node[1]], at[2][node[2]]);
+            let nodes = || (0..count).map(node).filter(|node| in_grid(*node));
+            places.clear();
+            places.extend(nodes().map_while(|node| self.faces.place(point(node))));
+            let near = places.len() == nodes().count();
+            if near {
+                tile.search(&self.faces, &places, &mut memory.search);
+            }
+            for (slot, node) in nodes().enumerate() {
+                let point = point(node);
+                let answer = if near {
+                    self.resolve(point, places[slot], tile.face(slot), &mut memory.cells)
+                } else {
+                    self.answer(point, &mut memory)
+                };
+                value[(node[2] * grid[1] + node[1]) * grid[0] + node[0]] = answer.value;
+            }
+        }
+    }
+
     /// An enclosure of the values in the box with corners `lo` and `hi`, which are finite.
     fn enclosure(&self, lo: DVec3, hi: DVec3) -> Interval {
         let middle = 0.5 * lo + 0.5 * hi;
@@ -188,6 +231,11 @@ impl Oracle for MeshDistance {
         Ok(())
     }
 
+    fn brick(&self, at: [&[f64]; 3], value: &mut [f64]) -> Result<(), Failure> {
+        pulp::Arch::new().dispatch(|| self.fill_brick(at, value));
+        Ok(())
+    }
+
     fn range(&self, at: [Interval; 3]) -> Interval {
         let nan = at.iter().any(|side| side.nan);
         let lo = DVec3::from_array(at.map(|side| side.lo));
@@ -212,7 +260,8 @@ impl Oracle for MeshDistance {
 
 #[cfg(test)]
 mod tests {
-    use super::super::samples::{Uniform, cube, mapped, sphere};
+    use super::super::report::SignMethod;
+    use super::super::samples::{Uniform, both, cube, mapped, sphere};
     use super::super::triangle::{Nearest, unit_normal};
     use super::*;
 
@@ -416,6 +465,126 @@ mod tests {
                 assert_eq!(value(&field, vertex), 0.0);
                 assert!(value(&field, moved[0]) < 0.0 && value(&field, moved[1]) > 0.0);
             }
+        }
+    }
+
+    /// A mesh of each kind: closed, open, overlapping, and a soup.
+    fn kinds() -> Vec<Mesh> {
+        let mut open = sphere(3);
+        open.triangles.retain(|t| open.positions[t[0] as usize][0] < 0.6);
+        let mut random = Uniform(21);
+        let soup = Mesh {
+            positions: (0..300).map(|_| random.point(-1.0, 1.0).to_array()).collect(),
+            triangles: (0..100).map(|f| [3 * f, 3 * f + 1, 3 * f + 2]).collect(),
+        };
+        let overlap = both(&sphere(3), &mapped(&sphere(3), |p| p + DVec3::new(0.5, 0.25, 0.0)));
+        vec![sphere(4), open, overlap, soup, cube()]
+    }
+
+    #[test]
+    fn bricks_give_the_bits_of_single_points() {
+        let mut random = Uniform(17);
+        for mesh in kinds() {
+            let field = mesh_distance(&mesh, "any").unwrap();
+            for (counts, step) in [
+                ([16, 16, 16], 0.1),
+                ([16, 16, 16], 0.003),
+                ([17, 3, 5], 0.2),
+                ([1, 1, 40], 0.05),
+                ([2, 1, 1], 1e17),
+                ([1, 1, 1], 0.0),
+            ] {
+                let origin = random.point(-1.2, 0.7);
+                let axis = |a: usize| -> Vec<f64> {
+                    // A regular grid through the origin makes ties.
+                    (0..counts[a])
+                        .map(|i| (origin[a] / step).round().max(-99.0) * step + i as f64 * step)
+                        .map(|x| if x.is_nan() { origin[a] } else { x })
+                        .collect()
+                };
+                let (x, y, z) = (axis(0), axis(1), axis(2));
+                let mut values = vec![0.0; x.len() * y.len() * z.len()];
+                field.brick([&x, &y, &z], &mut values).unwrap();
+                for (n, brick) in values.iter().enumerate() {
+                    let p = DVec3::new(
+                        x[n % x.len()],
+                        y[n / x.len() % y.len()],
+                        z[n / (x.len() * y.len())],
+                    );
+                    assert_eq!(value(&field, p).to_bits(), brick.to_bits(), "{p}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_order_of_points_does_not_show() {
+        let mut random = Uniform(23);
+        for mesh in kinds() {
+            let field = mesh_distance(&mesh, "any").unwrap();
+            let points: Vec<DVec3> = (0..400).map(|_| random.point(-1.3, 1.3)).collect();
+            let [x, y, z] = [0, 1, 2].map(|a| points.iter().map(|p| p[a]).collect::<Vec<f64>>());
+            let mut values = vec![0.0; points.len()];
+            let at = [&x[..], &y, &z];
+            field.points(Queries { at, value: &mut values, gradient: None }).unwrap();
+            for (p, together) in points.iter().zip(values) {
+                assert_eq!(value(&field, *p).to_bits(), together.to_bits());
+            }
+        }
+    }
+
+    #[test]
+    fn sides_are_those_of_the_winding_number() {
+        let mut random = Uniform(29);
+        for mesh in kinds() {
+            let field = mesh_distance(&mesh, "any").unwrap();
+            for _ in 0..400 {
+                let p = random.point(-1.5, 1.5);
+                let place = field.faces.place(p).unwrap();
+                let number = super::super::winding::exact(&field.faces.surface, place.scaled);
+                let found = value(&field, p);
+                assert!(
+                    (number > 0.5) == (found < 0.0)
+                        || (number - 0.5).abs() < 0.01
+                        || !field.bounds().contains(p),
+                    "{p} {number} {found}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn the_method_fits_the_mesh() {
+        let methods: Vec<SignMethod> = kinds()
+            .iter()
+            .map(|mesh| mesh_distance(mesh, "any").unwrap().report().method)
+            .collect();
+        use SignMethod::{Pseudonormals, WindingNumbers};
+        assert_eq!(
+            methods,
+            [Pseudonormals, WindingNumbers, WindingNumbers, WindingNumbers, Pseudonormals]
+        );
+    }
+
+    #[test]
+    fn ranges_of_open_meshes_enclose_the_values_and_are_signed_away_from_holes() {
+        let mut random = Uniform(31);
+        for mesh in kinds() {
+            let field = mesh_distance(&mesh, "any").unwrap();
+            let mut signed = 0;
+            for _ in 0..300 {
+                let middle = random.point(-1.5, 1.5);
+                let half = random.point(0.0, 0.2) * random.next();
+                let side = |a: usize| Interval::new(middle[a] - half[a], middle[a] + half[a]);
+                let range = field.range([side(0), side(1), side(2)]);
+                signed += usize::from(range.is_inside() || range.is_outside());
+                for _ in 0..10 {
+                    let p = middle + half * random.point(-1.0, 1.0);
+                    let value = value(&field, p);
+                    assert!(range.contains(value), "{p} {value} {range:?}");
+                }
+            }
+            assert!(signed > 100, "{signed}");
         }
     }
 }

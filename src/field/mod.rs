@@ -9,6 +9,7 @@ pub mod search;
 pub mod sides;
 pub mod sign;
 pub mod surface;
+pub mod tile;
 pub mod triangle;
 pub mod winding;
 
