@@ -1,20 +1,27 @@
 //! The signed distance to a triangle mesh.
 //!
-//! The magnitude is the exact distance to the nearest face, whatever the mesh. The nearest face is
-//! the least by (squared distance, number), an order without ties, and value, gradient and sign
-//! are functions of the point and that face alone: so all queries agree to the bit.
+//! The magnitude is the exact distance to the nearest face, whatever the mesh. Value, gradient and
+//! sign are functions of the point and its nearest face alone: so all queries agree to the bit.
+//!
+//! Outside of the mesh's box every point is outside of the solid. That cuts off the bulges that
+//! winding numbers of several open sheets can have.
+//!
+//! What this is not: where bodies overlap, the faces inside of the union still count, so that the
+//! magnitude is too small there; the sign is right.
 
-use super::sign::{Pseudonormals, Side};
-use super::surface::{Repairs, Surface, Unusable};
-use super::triangle::{Nearest, Packet, closest};
-use super::winding;
+use super::report::Report;
+use super::search::{Faces, Place, Search};
+use super::sides::{Cells, Sides};
+use super::sign::Side;
+use super::surface::{Surface, Unusable};
+use super::tile::{POINTS, Shape, Tile};
+use super::triangle::closest;
 use crate::expr::{Failure, Oracle, Queries};
-use crate::geom::bvh::{REMOTE, Stack, reach};
-use crate::geom::{Aabb, Bvh};
+use crate::geom::Aabb;
 use crate::mesh::Mesh;
 use crate::num::Interval;
 use glam::DVec3;
-use rayon::prelude::*;
+use std::fmt;
 
 /// Bound on the rounding error of a value, in units of the distance plus the size of the mesh:
 /// some tens of roundings.
@@ -26,26 +33,24 @@ const TOUCHING: f64 = 1.0 / (1_u64 << 44) as f64;
 /// The signed distance to a triangle mesh, negative inside, in model units.
 pub struct MeshDistance {
     name: String,
-    /// Positions times the scale of the tree's frame: the size is about 1, with the same bits.
-    surface: Surface,
     bounds: Aabb,
-    tree: Bvh,
-    packets: Vec<Packet>,
-    normals: Pseudonormals,
+    faces: Faces,
+    sides: Sides,
+    report: Report,
 }
 
-impl std::fmt::Debug for MeshDistance {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("MeshDistance").field("name", &self.name).finish_non_exhaustive()
+impl fmt::Debug for MeshDistance {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { name, report, .. } = self;
+        f.debug_struct("MeshDistance").field("name", name).field("report", report).finish()
     }
 }
 
 /// Scratch memory of a run of queries. Never changes an answer.
 #[derive(Default)]
-struct Search {
-    stack: Stack,
-    /// The leaf with the last answer: a good first guess.
-    leaf: usize,
+struct Memory {
+    search: Search,
+    cells: Cells,
 }
 
 /// Value and gradient at a point.
@@ -56,26 +61,23 @@ struct Answer {
 
 /// The signed distance to `mesh`, named `name` in messages.
 ///
+/// The mesh need not be closed, oriented or free of overlaps: [`MeshDistance::report`] says what
+/// was found and how sides are told.
+///
 /// # Errors
 /// [`Unusable`] if the mesh has no faces, or faces that make no sense.
 pub fn mesh_distance(mesh: &Mesh, name: &str) -> Result<MeshDistance, Unusable> {
-    let mut surface = Surface::new(mesh)?;
-    let boxes: Vec<Aabb> = (0..surface.triangles.len())
-        .into_par_iter()
-        .map(|face| Aabb::around(surface.corners(face)))
-        .collect();
-    let tree = Bvh::build(&boxes);
+    let surface = Surface::new(mesh)?;
     let bounds = surface.bounds();
-    let scale = tree.frame().scale;
-    surface.positions.par_iter_mut().for_each(|position| *position *= scale);
-    let corners = |face: u32| surface.corners(face as usize);
-    let packets = tree.leaves().par_iter().map(|faces| Packet::new(faces, corners)).collect();
-    let normals = if surface.edges.is_closed_manifold() {
-        Pseudonormals::of(&surface)
-    } else {
-        Pseudonormals::of_faces(&surface)
+    let faces = Faces::new(surface);
+    let (sides, reason) = Sides::new(&faces);
+    let report = Report {
+        method: sides.method(),
+        reason,
+        faces: faces.surface.triangles.len(),
+        repairs: faces.surface.repairs,
     };
-    Ok(MeshDistance { name: name.to_owned(), surface, bounds, tree, packets, normals })
+    Ok(MeshDistance { name: name.to_owned(), bounds, faces, sides, report })
 }
 
 impl MeshDistance {
@@ -85,59 +87,31 @@ impl MeshDistance {
         self.bounds
     }
 
-    /// What was mended.
+    /// What was made of the mesh.
     #[must_use]
-    pub fn repairs(&self) -> Repairs {
-        self.surface.repairs
-    }
-
-    /// The nearest face of `scaled`, which is `local` in the tree's frame.
-    #[inline(always)]
-    fn nearest(&self, scaled: DVec3, local: DVec3, search: &mut Search) -> Nearest {
-        let at = local.to_array().map(|x| x as f32);
-        let point = scaled.to_array();
-        let mut nearest = Nearest::NONE;
-        let first = search.leaf;
-        self.packets[first].improve(point, &mut nearest);
-        let leaf = &mut search.leaf;
-        self.tree.nearest(at, &mut search.stack, reach(nearest.squared), |next| {
-            if next != first {
-                let before = nearest;
-                self.packets[next].improve(point, &mut nearest);
-                if nearest != before {
-                    *leaf = next;
-                }
-            }
-            reach(nearest.squared)
-        });
-        nearest
+    pub fn report(&self) -> &Report {
+        &self.report
     }
 
     #[inline(always)]
-    fn answer(&self, point: DVec3, search: &mut Search) -> Answer {
-        let frame = self.tree.frame();
-        let local = frame.local(point);
-        // The comparison is false for NaN.
-        let near = local.abs().cmplt(DVec3::splat(REMOTE)).all();
-        if !near {
-            return remote(point, frame.middle);
-        }
-        let scaled = point * frame.scale;
-        let nearest = self.nearest(scaled, local, search);
-        self.resolve(point, scaled, nearest.number as usize)
+    fn answer(&self, point: DVec3, memory: &mut Memory) -> Answer {
+        let Some(place) = self.faces.place(point) else {
+            return remote(point, self.faces.tree.frame().middle);
+        };
+        let face = self.faces.nearest(place, &mut memory.search).number as usize;
+        self.resolve(point, place, face, &mut memory.cells)
     }
 
     /// The answer at a point whose nearest face is `face`.
     #[inline(always)]
-    fn resolve(&self, point: DVec3, scaled: DVec3, face: usize) -> Answer {
-        let normal = self.normals.face(face);
-        let corners = self.surface.triangles[face];
-        let closest = closest(scaled, &self.surface.corners(face), normal);
+    fn resolve(&self, point: DVec3, place: Place, face: usize, cells: &mut Cells) -> Answer {
+        let normal = self.sides.normal(face);
+        let closest = closest(place.scaled, &self.faces.surface.corners(face), normal);
         let distance = closest.offset.length();
         let side = if distance == 0.0 || !self.bounds.contains(point) {
             Side::Outside
         } else {
-            self.normals.side(face, corners, &closest).unwrap_or_else(|| self.wound(scaled))
+            self.sides.side(&self.faces, place, (face, &closest, distance), cells)
         };
         let gradient = if distance > TOUCHING {
             side.sign() * closest.offset / distance
@@ -145,12 +119,75 @@ impl MeshDistance {
             normal.unwrap_or(DVec3::ZERO)
         };
         // Division by a power of two is exact.
-        Answer { value: side.sign() * (distance / self.tree.frame().scale), gradient }
+        Answer { value: side.sign() * (distance / self.faces.tree.frame().scale), gradient }
     }
 
-    /// The side by the winding number.
-    fn wound(&self, scaled: DVec3) -> Side {
-        if winding::exact(&self.surface, scaled) > 0.5 { Side::Inside } else { Side::Outside }
+    /// Values at the nodes of a grid, x fastest, tile by tile.
+    #[inline(always)]
+    fn fill_brick(&self, at: [&[f64]; 3], value: &mut [f64]) {
+        let grid = at.map(<[f64]>::len);
+        if grid.contains(&0) {
+            return;
+        }
+        let shape = Shape::of(grid);
+        let (slots, count) = shape.slots();
+        let mut memory = Memory::default();
+        let mut tile = Tile::new();
+        let mut places = Vec::with_capacity(POINTS);
+        let tiles = [0, 1, 2].map(|axis| grid[axis].div_ceil(shape.sides[axis]));
+        for number in 0..tiles.iter().product() {
+            let first = [
+                number % tiles[0] * shape.sides[0],
+                number / tiles[0] % tiles[1] * shape.sides[1],
+                number / (tiles[0] * tiles[1]) * shape.sides[2],
+            ];
+            let node = |slot: usize| [0, 1, 2].map(|axis| first[axis] + slots[slot][axis]);
+            let in_grid = |node: [usize; 3]| (0..3).all(|axis| node[axis] < grid[axis]);
+            let point =
+                |node: [usize; 3]| DVec3::new(at[0][node[0]], at[1][node[1]], at[2][node[2]]);
+            let nodes = || (0..count).map(node).filter(|node| in_grid(*node));
+            places.clear();
+            places.extend(nodes().map_while(|node| self.faces.place(point(node))));
+            let near = places.len() == nodes().count();
+            if near {
+                tile.search(&self.faces, &places, &mut memory.search);
+            }
+            for (slot, node) in nodes().enumerate() {
+                let point = point(node);
+                let answer = if near {
+                    self.resolve(point, places[slot], tile.face(slot), &mut memory.cells)
+                } else {
+                    self.answer(point, &mut memory)
+                };
+                value[(node[2] * grid[1] + node[1]) * grid[0] + node[0]] = answer.value;
+            }
+        }
+    }
+
+    /// An enclosure of the values in the box with corners `lo` and `hi`, which are finite.
+    fn enclosure(&self, lo: DVec3, hi: DVec3) -> Interval {
+        let middle = 0.5 * lo + 0.5 * hi;
+        let radius = (hi - middle).max(middle - lo).length();
+        let value = self.answer(middle, &mut Memory::default()).value;
+        let scale = self.faces.tree.frame().scale;
+        let margin = radius + ROUNDING * (value.abs() + radius + 2.0 / scale);
+        let (least, most) = (value.abs() - margin, value.abs() + margin);
+        if self.sides.is_continuous() {
+            return Interval::new(value - margin, value + margin);
+        }
+        // A hole can turn the sign without a face in sight.
+        let side = match self.faces.place(middle) {
+            _ if least <= 0.0 => None,
+            None => Some(Side::Outside),
+            Some(place) => self.sides.common(&self.faces, place, margin * scale),
+        };
+        match side {
+            Some(Side::Outside) => Interval::new(least, most),
+            Some(Side::Inside) if self.bounds.contains(lo) && self.bounds.contains(hi) => {
+                Interval::new(-most, -least)
+            }
+            Some(Side::Inside) | None => Interval::new(-most, most),
+        }
     }
 }
 
@@ -180,9 +217,9 @@ impl Oracle for MeshDistance {
     fn points(&self, queries: Queries<'_>) -> Result<(), Failure> {
         let Queries { at: [x, y, z], value, mut gradient } = queries;
         pulp::Arch::new().dispatch(|| {
-            let mut search = Search::default();
+            let mut memory = Memory::default();
             for (i, value) in value.iter_mut().enumerate() {
-                let answer = self.answer(DVec3::new(x[i], y[i], z[i]), &mut search);
+                let answer = self.answer(DVec3::new(x[i], y[i], z[i]), &mut memory);
                 *value = answer.value;
                 if let Some(rows) = &mut gradient {
                     for (row, partial) in rows.iter_mut().zip(answer.gradient.to_array()) {
@@ -194,81 +231,39 @@ impl Oracle for MeshDistance {
         Ok(())
     }
 
+    fn brick(&self, at: [&[f64]; 3], value: &mut [f64]) -> Result<(), Failure> {
+        pulp::Arch::new().dispatch(|| self.fill_brick(at, value));
+        Ok(())
+    }
+
     fn range(&self, at: [Interval; 3]) -> Interval {
         let nan = at.iter().any(|side| side.nan);
         let lo = DVec3::from_array(at.map(|side| side.lo));
         let hi = DVec3::from_array(at.map(|side| side.hi));
+        let enclosure = if lo.is_finite() && hi.is_finite() {
+            self.enclosure(lo, hi)
+        } else {
+            // No point inside is farther from a face than the size of the mesh.
+            Interval::new(-4.0 / self.faces.tree.frame().scale, f64::INFINITY)
+        };
+        // Outside of the bounds the value is a distance, and not less than that of the bounds.
         let outside = (self.bounds.lo - hi).max(lo - self.bounds.hi).max(DVec3::ZERO);
         let gap = outside.length() * (1.0 - ROUNDING);
-        let size = 2.0 / self.tree.frame().scale;
-        let enclosure = if lo.is_finite() && hi.is_finite() {
-            let middle = 0.5 * lo + 0.5 * hi;
-            let radius = (hi - middle).max(middle - lo).length();
-            let value = self.answer(middle, &mut Search::default()).value;
-            let margin = radius + ROUNDING * (value.abs() + radius + size);
-            Interval::new(value - margin, value + margin)
-        } else {
-            Interval::new(-4.0 * size, f64::INFINITY)
-        };
-        // Outside the bounds the value is a distance, and not less than that of the bounds.
-        let lo = if outside == DVec3::ZERO { enclosure.lo } else { enclosure.lo.max(gap) };
-        Interval { lo, nan, ..enclosure }
+        let lo = if gap > 0.0 { enclosure.lo.max(gap) } else { enclosure.lo };
+        Interval { lo, hi: enclosure.hi.max(lo), nan }
     }
 
     fn lipschitz(&self) -> f64 {
-        1.0
+        if self.sides.is_continuous() { 1.0 } else { f64::INFINITY }
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::surface::tests::{cube, mapped};
-    use super::super::triangle::unit_normal;
+    use super::super::report::SignMethod;
+    use super::super::samples::{Uniform, both, cube, mapped, sphere};
+    use super::super::triangle::{Nearest, unit_normal};
     use super::*;
-
-    /// A small generator of uniform numbers in [0, 1).
-    struct Uniform(u64);
-
-    impl Uniform {
-        fn next(&mut self) -> f64 {
-            self.0 = self
-                .0
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1_442_695_040_888_963_407);
-            (self.0 >> 11) as f64 / (1_u64 << 53) as f64
-        }
-
-        fn point(&mut self, lo: f64, hi: f64) -> DVec3 {
-            DVec3::from_array(std::array::from_fn(|_| lo + (hi - lo) * self.next()))
-        }
-    }
-
-    /// The unit sphere, from an octahedron with every face cut in four `levels` times.
-    fn sphere(levels: u32) -> Mesh {
-        let mut positions: Vec<DVec3> = DVec3::AXES.iter().flat_map(|a| [*a, -*a]).collect();
-        let mut triangles: Vec<[u32; 3]> = Vec::new();
-        for octant in 0..8_u32 {
-            let [x, y, z] = [0, 1, 2].map(|a| 2 * a + (octant >> a & 1));
-            let even = octant.count_ones() % 2 == 0;
-            triangles.push(if even { [x, y, z] } else { [x, z, y] });
-        }
-        for _ in 0..levels {
-            let mut middle = std::collections::HashMap::new();
-            let mut finer = Vec::new();
-            for [a, b, c] in triangles {
-                let [ab, bc, ca] = [[a, b], [b, c], [c, a]].map(|[p, q]| {
-                    *middle.entry([p.min(q), p.max(q)]).or_insert_with(|| {
-                        let sum = positions[p as usize] + positions[q as usize];
-                        positions.push(sum.normalize());
-                        positions.len() as u32 - 1
-                    })
-                });
-                finer.extend([[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]);
-            }
-            triangles = finer;
-        }
-        Mesh { positions: positions.iter().map(|p| p.to_array()).collect(), triangles }
-    }
 
     fn value(field: &MeshDistance, p: DVec3) -> f64 {
         let mut value = [0.0];
@@ -377,17 +372,17 @@ mod tests {
         let triangles = (0..1200).map(|f| [3 * f, 3 * f + 1, 3 * f + 2]).collect();
         let mesh = Mesh { positions, triangles };
         let field = mesh_distance(&mesh, "soup").unwrap();
-        let scale = field.tree.frame().scale;
+        let scale = field.faces.tree.frame().scale;
         let mut search = Search::default();
         for i in 0..300 {
             let p = random.point(-0.5, 1.5) * if i % 5 == 0 { 1e5 } else { 1.0 };
             let mut brute = Nearest::NONE;
-            for packet in &field.packets {
+            for packet in &field.faces.packets {
                 packet.improve((p * scale).to_array(), &mut brute);
             }
-            let found = field.nearest(p * scale, field.tree.frame().local(p), &mut search);
+            let found = field.faces.nearest(field.faces.place(p).unwrap(), &mut search);
             assert_eq!(found, brute);
-            let corners = field.surface.corners(found.number as usize);
+            let corners = field.faces.surface.corners(found.number as usize);
             let exact = closest(p * scale, &corners, unit_normal(corners)).offset.length() / scale;
             assert_eq!(value(&field, p).abs(), exact);
         }
@@ -470,6 +465,126 @@ mod tests {
                 assert_eq!(value(&field, vertex), 0.0);
                 assert!(value(&field, moved[0]) < 0.0 && value(&field, moved[1]) > 0.0);
             }
+        }
+    }
+
+    /// A mesh of each kind: closed, open, overlapping, and a soup.
+    fn kinds() -> Vec<Mesh> {
+        let mut open = sphere(3);
+        open.triangles.retain(|t| open.positions[t[0] as usize][0] < 0.6);
+        let mut random = Uniform(21);
+        let soup = Mesh {
+            positions: (0..300).map(|_| random.point(-1.0, 1.0).to_array()).collect(),
+            triangles: (0..100).map(|f| [3 * f, 3 * f + 1, 3 * f + 2]).collect(),
+        };
+        let overlap = both(&sphere(3), &mapped(&sphere(3), |p| p + DVec3::new(0.5, 0.25, 0.0)));
+        vec![sphere(4), open, overlap, soup, cube()]
+    }
+
+    #[test]
+    fn bricks_give_the_bits_of_single_points() {
+        let mut random = Uniform(17);
+        for mesh in kinds() {
+            let field = mesh_distance(&mesh, "any").unwrap();
+            for (counts, step) in [
+                ([16, 16, 16], 0.1),
+                ([16, 16, 16], 0.003),
+                ([17, 3, 5], 0.2),
+                ([1, 1, 40], 0.05),
+                ([2, 1, 1], 1e17),
+                ([1, 1, 1], 0.0),
+            ] {
+                let origin = random.point(-1.2, 0.7);
+                let axis = |a: usize| -> Vec<f64> {
+                    // A regular grid through the origin makes ties.
+                    (0..counts[a])
+                        .map(|i| (origin[a] / step).round().max(-99.0) * step + i as f64 * step)
+                        .map(|x| if x.is_nan() { origin[a] } else { x })
+                        .collect()
+                };
+                let (x, y, z) = (axis(0), axis(1), axis(2));
+                let mut values = vec![0.0; x.len() * y.len() * z.len()];
+                field.brick([&x, &y, &z], &mut values).unwrap();
+                for (n, brick) in values.iter().enumerate() {
+                    let p = DVec3::new(
+                        x[n % x.len()],
+                        y[n / x.len() % y.len()],
+                        z[n / (x.len() * y.len())],
+                    );
+                    assert_eq!(value(&field, p).to_bits(), brick.to_bits(), "{p}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_order_of_points_does_not_show() {
+        let mut random = Uniform(23);
+        for mesh in kinds() {
+            let field = mesh_distance(&mesh, "any").unwrap();
+            let points: Vec<DVec3> = (0..400).map(|_| random.point(-1.3, 1.3)).collect();
+            let [x, y, z] = [0, 1, 2].map(|a| points.iter().map(|p| p[a]).collect::<Vec<f64>>());
+            let mut values = vec![0.0; points.len()];
+            let at = [&x[..], &y, &z];
+            field.points(Queries { at, value: &mut values, gradient: None }).unwrap();
+            for (p, together) in points.iter().zip(values) {
+                assert_eq!(value(&field, *p).to_bits(), together.to_bits());
+            }
+        }
+    }
+
+    #[test]
+    fn sides_are_those_of_the_winding_number() {
+        let mut random = Uniform(29);
+        for mesh in kinds() {
+            let field = mesh_distance(&mesh, "any").unwrap();
+            for _ in 0..400 {
+                let p = random.point(-1.5, 1.5);
+                let place = field.faces.place(p).unwrap();
+                let number = super::super::winding::exact(&field.faces.surface, place.scaled);
+                let found = value(&field, p);
+                assert!(
+                    (number > 0.5) == (found < 0.0)
+                        || (number - 0.5).abs() < 0.01
+                        || !field.bounds().contains(p),
+                    "{p} {number} {found}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn the_method_fits_the_mesh() {
+        let methods: Vec<SignMethod> = kinds()
+            .iter()
+            .map(|mesh| mesh_distance(mesh, "any").unwrap().report().method)
+            .collect();
+        use SignMethod::{Pseudonormals, WindingNumbers};
+        assert_eq!(
+            methods,
+            [Pseudonormals, WindingNumbers, WindingNumbers, WindingNumbers, Pseudonormals]
+        );
+    }
+
+    #[test]
+    fn ranges_of_open_meshes_enclose_the_values_and_are_signed_away_from_holes() {
+        let mut random = Uniform(31);
+        for mesh in kinds() {
+            let field = mesh_distance(&mesh, "any").unwrap();
+            let mut signed = 0;
+            for _ in 0..300 {
+                let middle = random.point(-1.5, 1.5);
+                let half = random.point(0.0, 0.2) * random.next();
+                let side = |a: usize| Interval::new(middle[a] - half[a], middle[a] + half[a]);
+                let range = field.range([side(0), side(1), side(2)]);
+                signed += usize::from(range.is_inside() || range.is_outside());
+                for _ in 0..10 {
+                    let p = middle + half * random.point(-1.0, 1.0);
+                    let value = value(&field, p);
+                    assert!(range.contains(value), "{p} {value} {range:?}");
+                }
+            }
+            assert!(signed > 100, "{signed}");
         }
     }
 }

@@ -1,9 +1,18 @@
 //! Oracles: fields that no formula gives, such as the distance to a mesh.
 
 pub mod mesh_distance;
+pub mod report;
+pub mod rim;
+#[cfg(test)]
+mod samples;
+pub mod search;
+pub mod sides;
 pub mod sign;
 pub mod surface;
+pub mod tile;
 pub mod triangle;
 pub mod winding;
 
 pub use mesh_distance::{MeshDistance, mesh_distance};
+pub use report::{Reason, Report, SignMethod};
+pub use surface::{Repairs, Unusable};

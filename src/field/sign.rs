@@ -144,7 +144,7 @@ fn faces_in_fan(edges: &Edges, start: u32) -> u32 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::surface::tests::{both, cube, mapped};
+    use super::super::samples::{both, cube, mapped};
     use super::*;
 
     #[test]

@@ -375,41 +375,9 @@ fn turn_back(positions: &[DVec3], triangles: &mut [[u32; 3]], edges: &Edges) -> 
 }
 
 #[cfg(test)]
-pub(crate) mod tests {
+mod tests {
+    use super::super::samples::{both, cube, mapped, soup};
     use super::*;
-
-    /// The cube [0, 1]^3, closed and outward.
-    pub(crate) fn cube() -> Mesh {
-        let positions = (0..8_u32).map(|c| [0, 1, 2].map(|a| f64::from(c >> a & 1))).collect();
-        let quads =
-            [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
-        let triangles =
-            quads.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]).collect();
-        Mesh { positions, triangles }
-    }
-
-    /// `mesh` and `other` as one mesh.
-    pub(crate) fn both(mesh: &Mesh, other: &Mesh) -> Mesh {
-        let shift = mesh.positions.len() as u32;
-        let mut sum = mesh.clone();
-        sum.positions.extend(&other.positions);
-        sum.triangles.extend(other.triangles.iter().map(|t| t.map(|v| v + shift)));
-        sum
-    }
-
-    /// `mesh` with every position mapped.
-    pub(crate) fn mapped(mesh: &Mesh, map: impl Fn(DVec3) -> DVec3) -> Mesh {
-        let positions =
-            mesh.positions.iter().map(|p| map(DVec3::from_array(*p)).to_array()).collect();
-        Mesh { positions, triangles: mesh.triangles.clone() }
-    }
-
-    /// `mesh` with every face given vertices of its own.
-    pub(crate) fn soup(mesh: &Mesh) -> Mesh {
-        let positions = mesh.triangles.iter().flatten().map(|v| mesh.positions[*v as usize]);
-        let triangles = (0..mesh.triangles.len() as u32).map(|f| [3 * f, 3 * f + 1, 3 * f + 2]);
-        Mesh { positions: positions.collect(), triangles: triangles.collect() }
-    }
 
     #[test]
     fn a_soup_of_faces_is_joined() {
