@@ -19,12 +19,12 @@
 //! kept by sign instead of by order.
 
 use super::bits::{Rows, SIDE, Spans};
-use super::grid::TAU;
+use super::grid::{Grid, TAU};
 use super::numbering::{Bits, Block};
 use crate::eval::{BRICK, End, Sampler};
 use crate::expr::Failure;
 use crate::geom::Axis;
-use pulp::Arch;
+use pulp::{Arch, NullaryFnOnce};
 
 /// Most edges in a batch of a sampler.
 const BATCH: usize = 256;
@@ -45,13 +45,27 @@ const MOST_ROUNDS: usize = 110;
 
 /// Coordinates of a brick's nodes along each axis, the first of the next brick included.
 #[derive(Clone, Copy, Debug)]
-pub struct BrickLines<'a> {
+pub struct BrickLines {
     /// Where vertices are placed.
-    pub placed: [&'a [f64]; 3],
+    pub placed: [[f64; SIDE]; 3],
     /// Where the field is sampled.
-    pub sampled: [&'a [f64]; 3],
+    pub sampled: [[f64; SIDE]; 3],
     /// Largest magnitude of a coordinate of the grid.
     pub extent: f64,
+}
+
+impl BrickLines {
+    /// The coordinates of a brick's nodes; `extent` is [`Grid::extent`].
+    #[must_use]
+    pub fn new(grid: &Grid, brick: [u32; 3], extent: f64) -> Self {
+        let mut lines = Self { placed: [[0.0; SIDE]; 3], sampled: [[0.0; SIDE]; 3], extent };
+        for (a, axis) in Axis::ALL.into_iter().enumerate() {
+            let nodes = brick[a] as usize * BRICK..brick[a] as usize * BRICK + SIDE;
+            lines.placed[a].copy_from_slice(&grid.placed(axis)[nodes.clone()]);
+            lines.sampled[a].copy_from_slice(&grid.sampled(axis)[nodes]);
+        }
+        lines
+    }
 }
 
 /// A vertex that may be too close to a node.
@@ -95,28 +109,34 @@ impl Placer {
         activity: &[u64],
         block: &Block,
         spans: &Spans,
-        lines: &BrickLines<'_>,
+        lines: &BrickLines,
         out: &mut Vec<[f64; 3]>,
     ) -> Result<(), Failure> {
         self.near.clear();
         for axis in Axis::ALL {
-            let edges = &mut *self.edges;
-            let count = arch.dispatch(|| list(&block.rows, spans, axis, edges));
-            for batch in edges[..count].chunks(BATCH) {
+            let rows = &block.rows;
+            let count = arch.dispatch(Listing { rows, spans, axis, edges: &mut self.edges });
+            for batch in self.edges[..count].chunks(BATCH) {
                 let a = axis.index();
-                let table = lines.sampled[a];
                 let mut ask = Query { sampler, workspace, brick, activity, axis };
-                let roots = self.lanes.solve(arch, &mut ask, batch, table, lines.extent)?;
-                for (node, root) in batch.iter().zip(roots) {
-                    let at = position(*node);
-                    let mut point = [0, 1, 2].map(|a| lines.placed[a][at[a]]);
-                    let ends = [lines.placed[a][at[a]], lines.placed[a][at[a] + 1]];
-                    let margin = TAU * (ends[1] - ends[0]);
-                    if *root < ends[0] + margin || *root > ends[1] - margin {
-                        self.near.push(Near { vertex: out.len(), axis, node: *node });
-                    }
+                let roots =
+                    self.lanes.solve(arch, &mut ask, batch, &lines.sampled[a], lines.extent)?;
+                let first = out.len();
+                let [px, py, pz] = &lines.placed;
+                out.extend(batch.iter().zip(roots).map(|(node, root)| {
+                    let [x, y, z] = position(*node);
+                    let mut point = [px[x], py[y], pz[z]];
                     point[a] = *root;
-                    out.push(point);
+                    point
+                }));
+                let placed = &lines.placed[a];
+                for (lane, (node, root)) in batch.iter().zip(roots).enumerate() {
+                    let i = position(*node)[a];
+                    let (lower, upper) = (placed[i], placed[i + 1]);
+                    let margin = TAU * (upper - lower);
+                    if *root - lower < margin || upper - *root < margin {
+                        self.near.push(Near { vertex: first + lane, axis, node: *node });
+                    }
                 }
             }
         }
@@ -130,7 +150,7 @@ impl Placer {
     }
 
     /// Moves the last brick's crossings off crowded nodes.
-    pub fn keep_off(&self, crowded: &Rows, lines: &BrickLines<'_>, out: &mut [[f64; 3]]) {
+    pub fn keep_off(&self, crowded: &Rows, lines: &BrickLines, out: &mut [[f64; 3]]) {
         for &Near { vertex, axis, node } in &self.near {
             let a = axis.index();
             let [x, y, z] = position(node);
@@ -151,32 +171,46 @@ impl Placer {
 }
 
 /// Position along each axis of a node in its brick.
+#[inline(always)]
 fn position(node: u16) -> [usize; 3] {
-    [node % 16, node / 16 % 16, node / 256].map(usize::from)
+    let node = usize::from(node);
+    [node % BRICK, node / BRICK % BRICK, node / (BRICK * BRICK) % BRICK]
 }
 
 /// Writes the lower nodes of a brick's crossed edges along `axis` and returns how many they are.
-#[inline(always)]
-fn list(rows: &Rows, spans: &Spans, axis: Axis, edges: &mut [u16; BRICK * BRICK * BRICK]) -> usize {
-    let mut count = 0;
-    for z in 0..BRICK {
-        for y in 0..BRICK {
-            let word = match axis {
-                Axis::X => spans.along_x(rows, z, y),
-                Axis::Y => spans.along_y(rows, z, y),
-                Axis::Z => spans.along_z(rows, z, y),
-            };
-            for x in Bits(word) {
-                edges[count & (BRICK * BRICK * BRICK - 1)] = (z * 256 + y * 16 + x) as u16;
-                count += 1;
+struct Listing<'a> {
+    rows: &'a Rows,
+    spans: &'a Spans,
+    axis: Axis,
+    edges: &'a mut [u16; BRICK * BRICK * BRICK],
+}
+
+impl NullaryFnOnce for Listing<'_> {
+    type Output = usize;
+
+    #[inline(always)]
+    fn call(self) -> usize {
+        let Self { rows, spans, axis, edges } = self;
+        let mut count = 0;
+        for z in 0..BRICK {
+            for y in 0..BRICK {
+                let word = match axis {
+                    Axis::X => spans.along_x(rows, z, y),
+                    Axis::Y => spans.along_y(rows, z, y),
+                    Axis::Z => spans.along_z(rows, z, y),
+                };
+                for x in Bits(word) {
+                    edges[count & (BRICK * BRICK * BRICK - 1)] = (z * 256 + y * 16 + x) as u16;
+                    count += 1;
+                }
             }
         }
+        count
     }
-    count
 }
 
 /// Appends the inside nodes of outer planes that a brick owns.
-pub fn planes(block: &Block, spans: &Spans, lines: &BrickLines<'_>, out: &mut Vec<[f64; 3]>) {
+pub fn planes(block: &Block, spans: &Spans, lines: &BrickLines, out: &mut Vec<[f64; 3]>) {
     for z in 0..BRICK {
         for y in 0..BRICK {
             for x in Bits(spans.planes(&block.rows, z, y)) {
@@ -249,7 +283,7 @@ impl Lanes {
         arch: Arch,
         ask: &mut Query<'_, S>,
         nodes: &[u16],
-        table: &[f64],
+        table: &[f64; SIDE],
         extent: f64,
     ) -> Result<&[f64], Failure> {
         let mut n = nodes.len();
@@ -265,12 +299,12 @@ impl Lanes {
             let i = position(*node)[ask.axis.index()];
             (self.inner[lane], self.outer[lane]) = (table[i], table[i + 1]);
         }
-        arch.dispatch(|| self.start(n));
+        arch.dispatch(Starting { lanes: self, n });
         for _ in 0..MOST_ROUNDS {
             let Query { sampler, workspace, .. } = ask;
             let (value, slope) = (&mut self.value[..n], &mut self.slope[..n]);
             sampler.line(workspace, &self.at[..n], value, slope)?;
-            let open = arch.dispatch(|| self.advance(n, ROUNDING * extent));
+            let open = arch.dispatch(Stepping { lanes: self, n, rounding: ROUNDING * extent });
             if open == 0 {
                 break;
             }
@@ -373,8 +407,33 @@ impl Lanes {
     }
 }
 
-/// Cuts a padded table to the nodes of a brick's cells.
-pub fn brick_line(table: &[f64], brick: u32) -> &[f64] {
-    let from = brick as usize * BRICK;
-    &table[from..from + SIDE]
+/// [`Lanes::start`] as a task.
+struct Starting<'a> {
+    lanes: &'a mut Lanes,
+    n: usize,
+}
+
+impl NullaryFnOnce for Starting<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        self.lanes.start(self.n);
+    }
+}
+
+/// [`Lanes::advance`] as a task.
+struct Stepping<'a> {
+    lanes: &'a mut Lanes,
+    n: usize,
+    rounding: f64,
+}
+
+impl NullaryFnOnce for Stepping<'_> {
+    type Output = usize;
+
+    #[inline(always)]
+    fn call(self) -> usize {
+        self.lanes.advance(self.n, self.rounding)
+    }
 }
