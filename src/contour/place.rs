@@ -1,11 +1,10 @@
 //! Where vertices lie: roots of the field on grid edges, kept off crowded nodes.
 //!
-//! A vertex is the root of the field itself on its edge, found between the two sampled signs: a
-//! linear guess, then Newton's method on value and slope, replaced by bisection where a step
-//! leaves the bracket or is longer than three quarters of the one before. Each edge is one lane with a state of
-//! its own, so its root does not depend on the edges that it is batched with. Lanes that have
-//! settled keep their result; a batch goes on with the others until none is left or
-//! [`MOST_ROUNDS`] are done.
+//! A vertex is the root of the field itself on its edge, found between the two sampled signs. From
+//! a linear guess, [`GLIDES`] steps of Newton's method on value and slope settle nearly every edge
+//! of a smooth field. The others start again with a bracket, and bisection replaces a step that
+//! leaves it or is longer than three quarters of the one before. Each edge is one lane with a state
+//! of its own, so its root does not depend on the edges that it is batched with.
 //!
 //! A value of zero counts as a root only where the slope is not zero: on a plateau of zeros the
 //! root is where the solid ends. A root at a node is that node's coordinate exactly.
@@ -39,7 +38,12 @@ const STAGNATION: f64 = 1e-11;
 /// Coordinates are known to this fraction of the largest of them.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
-/// Most evaluations of an edge: bisection alone needs 52 for any edge, and no more than half of the
+/// Newton steps that every edge takes before the first is asked whether it has settled. From the
+/// linear guess, a hundredth of an edge off at worst where the grid resolves the field, two steps
+/// lead to rounding; the third evaluation proves it.
+const GLIDES: usize = 2;
+
+/// Most evaluations of an edge that has not settled then: bisection alone needs 52 for any edge, and no more than half of the
 /// steps of an edge that resists are those of Newton's method.
 const MOST_ROUNDS: usize = 110;
 
@@ -118,25 +122,14 @@ impl Placer {
             let count = arch.dispatch(Listing { rows, spans, axis, edges: &mut self.edges });
             for batch in self.edges[..count].chunks(BATCH) {
                 let a = axis.index();
-                let mut ask = Query { sampler, workspace, brick, activity, axis };
+                let mut ask = Query { sampler, workspace: &mut *workspace, brick, activity, axis };
                 let roots =
                     self.lanes.solve(arch, &mut ask, batch, &lines.sampled[a], lines.extent)?;
-                let first = out.len();
-                let [px, py, pz] = &lines.placed;
-                out.extend(batch.iter().zip(roots).map(|(node, root)| {
-                    let [x, y, z] = position(*node);
-                    let mut point = [px[x], py[y], pz[z]];
-                    point[a] = *root;
-                    point
-                }));
-                let placed = &lines.placed[a];
-                for (lane, (node, root)) in batch.iter().zip(roots).enumerate() {
-                    let i = position(*node)[a];
-                    let (lower, upper) = (placed[i], placed[i + 1]);
-                    let margin = TAU * (upper - lower);
-                    if *root - lower < margin || upper - *root < margin {
-                        self.near.push(Near { vertex: first + lane, axis, node: *node });
-                    }
+                let near = &mut self.near;
+                match axis {
+                    Axis::X => put::<0>(batch, roots, lines, near, out),
+                    Axis::Y => put::<1>(batch, roots, lines, near, out),
+                    Axis::Z => put::<2>(batch, roots, lines, near, out),
                 }
             }
         }
@@ -166,6 +159,35 @@ impl Placer {
             if is_crowded(upper) {
                 *at = at.min(ends[1] - margin);
             }
+        }
+    }
+}
+
+/// Appends the vertices at `roots` and notes those that are near nodes.
+fn put<const AXIS: usize>(
+    batch: &[u16],
+    roots: &[f64],
+    lines: &BrickLines,
+    near: &mut Vec<Near>,
+    out: &mut Vec<[f64; 3]>,
+) {
+    let first = out.len();
+    let [px, py, pz] = &lines.placed;
+    out.extend(batch.iter().zip(roots).map(|(node, root)| {
+        let [x, y, z] = position(*node);
+        match AXIS {
+            0 => [*root, py[y], pz[z]],
+            1 => [px[x], *root, pz[z]],
+            _ => [px[x], py[y], *root],
+        }
+    }));
+    let placed = &lines.placed[AXIS];
+    for (lane, (node, root)) in batch.iter().zip(roots).enumerate() {
+        let i = position(*node)[AXIS];
+        let (lower, upper) = (placed[i], placed[i + 1]);
+        let margin = TAU * (upper - lower);
+        if *root - lower < margin || upper - *root < margin {
+            near.push(Near { vertex: first + lane, axis: Axis::ALL[AXIS], node: *node });
         }
     }
 }
@@ -286,6 +308,7 @@ impl Lanes {
         table: &[f64; SIDE],
         extent: f64,
     ) -> Result<&[f64], Failure> {
+        let rounding = ROUNDING * extent;
         let mut n = nodes.len();
         self.nodes[..n].copy_from_slice(nodes);
         for (lane, place) in self.place[..n].iter_mut().enumerate() {
@@ -299,12 +322,14 @@ impl Lanes {
             let i = position(*node)[ask.axis.index()];
             (self.inner[lane], self.outer[lane]) = (table[i], table[i + 1]);
         }
-        arch.dispatch(Starting { lanes: self, n });
+        arch.dispatch(Task { lanes: self, n, rounding, stage: Stage::Start });
+        for _ in 0..GLIDES {
+            self.evaluate(ask, n)?;
+            arch.dispatch(Task { lanes: self, n, rounding, stage: Stage::Glide });
+        }
+        self.evaluate(ask, n)?;
+        let mut open = arch.dispatch(Task { lanes: self, n, rounding, stage: Stage::Settle });
         for _ in 0..MOST_ROUNDS {
-            let Query { sampler, workspace, .. } = ask;
-            let (value, slope) = (&mut self.value[..n], &mut self.slope[..n]);
-            sampler.line(workspace, &self.at[..n], value, slope)?;
-            let open = arch.dispatch(Stepping { lanes: self, n, rounding: ROUNDING * extent });
             if open == 0 {
                 break;
             }
@@ -312,11 +337,19 @@ impl Lanes {
                 n = self.compact(n);
                 ask.begin(&self.nodes[..n])?;
             }
+            self.evaluate(ask, n)?;
+            open = arch.dispatch(Task { lanes: self, n, rounding, stage: Stage::Advance });
         }
         for lane in 0..n {
             self.roots[usize::from(self.place[lane])] = self.at[lane];
         }
         Ok(&self.roots[..nodes.len()])
+    }
+
+    /// Values and slopes of the first `n` lanes where they are.
+    fn evaluate<S: Sampler>(&mut self, ask: &mut Query<'_, S>, n: usize) -> Result<(), Failure> {
+        let (value, slope) = (&mut self.value[..n], &mut self.slope[..n]);
+        ask.sampler.line(ask.workspace, &self.at[..n], value, slope)
     }
 
     /// Sets the brackets and the linear guesses; `inner` and `outer` hold the lower and upper ends,
@@ -338,8 +371,38 @@ impl Lanes {
             self.at[lane] = if most == 0.0 { outer } else { guess };
             self.step[lane] = upper - lower;
             self.length[lane] = upper - lower;
-            self.open[lane] = u64::MAX;
         }
+    }
+
+    /// Takes a Newton step in each lane, no further than the ends of its edge.
+    #[inline(always)]
+    fn glide(&mut self, n: usize) {
+        for lane in 0..n.min(BATCH) {
+            let (a, b) = (self.inner[lane], self.outer[lane]);
+            let (lower, upper) = if a < b { (a, b) } else { (b, a) };
+            let next = self.at[lane] - self.value[lane] / self.slope[lane];
+            let next = if next > lower { next } else { lower };
+            self.at[lane] = if next < upper { next } else { upper };
+        }
+    }
+
+    /// Closes the lanes whose next Newton step is below the tolerance, takes that step, and
+    /// returns how many lanes are open.
+    #[inline(always)]
+    fn settle(&mut self, n: usize, rounding: f64) -> usize {
+        let mut open = 0;
+        for lane in 0..n.min(BATCH) {
+            let at = self.at[lane];
+            let newton = at - self.value[lane] / self.slope[lane];
+            let between = (newton - self.inner[lane]) * (newton - self.outer[lane]) <= 0.0;
+            let finite = self.slope[lane].abs() < f64::INFINITY;
+            let small = (newton - at).abs() <= tolerance(self.length[lane], rounding);
+            let settled = between & finite & small;
+            self.at[lane] = if settled { newton } else { at };
+            self.open[lane] = if settled { 0 } else { u64::MAX };
+            open += usize::from(!settled);
+        }
+        open
     }
 
     /// Takes a step in each open lane and returns how many lanes stay open.
@@ -407,33 +470,46 @@ impl Lanes {
     }
 }
 
-/// [`Lanes::start`] as a task.
-struct Starting<'a> {
-    lanes: &'a mut Lanes,
-    n: usize,
+/// Step that settles a root on an edge of that length.
+#[inline(always)]
+fn tolerance(length: f64, rounding: f64) -> f64 {
+    if TOLERANCE * length > rounding { TOLERANCE * length } else { rounding }
 }
 
-impl NullaryFnOnce for Starting<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn call(self) {
-        self.lanes.start(self.n);
-    }
+/// A stage of finding roots.
+#[derive(Clone, Copy)]
+enum Stage {
+    Start,
+    Glide,
+    Settle,
+    Advance,
 }
 
-/// [`Lanes::advance`] as a task.
-struct Stepping<'a> {
+/// A stage on the first `n` lanes; returns how many lanes it leaves open.
+struct Task<'a> {
     lanes: &'a mut Lanes,
     n: usize,
     rounding: f64,
+    stage: Stage,
 }
 
-impl NullaryFnOnce for Stepping<'_> {
+impl NullaryFnOnce for Task<'_> {
     type Output = usize;
 
     #[inline(always)]
     fn call(self) -> usize {
-        self.lanes.advance(self.n, self.rounding)
+        let Self { lanes, n, rounding, stage } = self;
+        match stage {
+            Stage::Start => {
+                lanes.start(n);
+                n
+            }
+            Stage::Glide => {
+                lanes.glide(n);
+                n
+            }
+            Stage::Settle => lanes.settle(n, rounding),
+            Stage::Advance => lanes.advance(n, rounding),
+        }
     }
 }
