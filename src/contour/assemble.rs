@@ -10,15 +10,14 @@
 //! up, because they carry caps. No other settled brick owns a vertex or a triangle: the signs of
 //! its closed box are one.
 
-use super::bits::{INSIDE, OUTSIDE, Rows, SIDE, Span, Spans, crowded, gather};
-use super::faces::{self, faces};
+use super::bits::{INSIDE, OUTSIDE, Rows, SIDE, Span, Spans, crowded};
+use super::faces::{self, Facing};
 use super::grid::Grid;
-use super::numbering::{Block, BrickNumbers, Count, Neighbours, count};
-use super::place::{BrickLines, Placer, brick_line, planes};
-use super::tables::TABLES;
+use super::numbering::{Block, BrickNumbers, Count, Counting, Filling, Neighbours};
+use super::place::{BrickLines, Placer, planes};
+use super::tables::{TABLES, Tables};
 use super::{Error, Report, Stages};
 use crate::eval::{BRICK, BrickSigns, Sampler};
-use crate::geom::Axis;
 use crate::mesh::Sink;
 use crate::num::Progress;
 use crate::octree::{Bricks, Pool, RankedBits};
@@ -215,7 +214,13 @@ impl<S> Scene<'_, S> {
         });
         let (spans, beyond) = (self.spans(brick), self.spans_beyond(brick));
         let signs = self.signs_above(brick, made);
-        arch.dispatch(|| block.fill(signs, &neighbours, &spans, &beyond));
+        arch.dispatch(Filling {
+            block,
+            signs,
+            neighbours: &neighbours,
+            spans: &spans,
+            beyond: &beyond,
+        });
     }
 
     fn crowded(&self, brick: [u32; 3], made: &mut Made, nodes: &mut Rows) {
@@ -313,16 +318,14 @@ fn tally<S: Sampler>(
     clocks: &Clocks,
 ) -> u64 {
     let start = Instant::now();
+    let tables: &Tables = &TABLES;
     let mut triangles = 0;
     for (number, numbers) in scene.owners.iter_from(first).zip(numbers) {
         let brick = scene.bricks.position(number);
         let spans = scene.spans(brick);
         let signs = scene.signs_above(brick, &mut worker.made);
         let rows = &mut worker.block.rows;
-        let counted = arch.dispatch(|| {
-            gather(signs, rows);
-            count(rows, &spans, &TABLES)
-        });
+        let counted = arch.dispatch(Counting { signs, rows, spans: &spans, tables });
         let (relative, Count { vertices, triangles: here }) = counted;
         *numbers = BrickNumbers { first: vertices, ..relative };
         triangles += u64::from(here);
@@ -378,15 +381,7 @@ fn write<S: Sampler>(
         filled = beside;
         lap.ends(Stage::Number);
 
-        let table = |axis: Axis, placed: bool| {
-            let table = if placed { scene.grid.placed(axis) } else { scene.grid.sampled(axis) };
-            brick_line(table, brick[axis.index()])
-        };
-        let lines = BrickLines {
-            placed: Axis::ALL.map(|axis| table(axis, true)),
-            sampled: Axis::ALL.map(|axis| table(axis, false)),
-            extent: scene.extent,
-        };
+        let lines = BrickLines::new(scene.grid, brick, scene.extent);
         if let Some(rank) = bricks.active.rank(number) {
             bricks.activities.expand(bricks.activity(rank), activity);
             placer.crossings(
@@ -411,7 +406,7 @@ fn write<S: Sampler>(
         lap.ends(Stage::Place);
 
         let out = &mut triangles[made_triangles..];
-        made_triangles += arch.dispatch(|| faces(block, next, &spans, out));
+        made_triangles += arch.dispatch(Facing { block, next, spans: &spans, out });
         lap.ends(Stage::Faces);
 
         if positions.len() * size_of::<[f64; 3]>() >= PIECE {

@@ -2,18 +2,37 @@
 
 use super::bits::{ROW, Spans};
 use super::numbering::{Bits, Block, Quad};
-use super::tables::{MAX_TRIANGLES, TABLES, Tables};
+use super::tables::{Case, MAX_TRIANGLES, TABLES, Tables};
 use crate::eval::BRICK;
+use pulp::NullaryFnOnce;
 
 /// Most triangles that a brick's cells can have.
 pub const MOST: usize = MAX_TRIANGLES * BRICK * BRICK * BRICK;
 
-/// Writes the triangles of a brick's cells to the front of `out` and returns how many they are.
-///
-/// `next` is the block of the next brick along x, if it owns a vertex; `out` holds [`MOST`]
-/// triangles at least.
+/// Writes the triangles of a brick's cells to the front of `out` and returns how many they are; a
+/// task for [`pulp::Arch::dispatch`].
+pub struct Facing<'a> {
+    /// Signs and numbers of the brick.
+    pub block: &'a Block,
+    /// Those of the next brick along x, if it owns a vertex.
+    pub next: &'a Block,
+    /// Spans of the brick.
+    pub spans: &'a Spans,
+    /// Room for [`MOST`] triangles at least.
+    pub out: &'a mut [[u32; 3]],
+}
+
+impl NullaryFnOnce for Facing<'_> {
+    type Output = usize;
+
+    #[inline(always)]
+    fn call(self) -> usize {
+        faces(self.block, self.next, self.spans, self.out)
+    }
+}
+
 #[inline(always)]
-pub fn faces(block: &Block, next: &Block, spans: &Spans, out: &mut [[u32; 3]]) -> usize {
+fn faces(block: &Block, next: &Block, spans: &Spans, out: &mut [[u32; 3]]) -> usize {
     let tables: &Tables = &TABLES;
     let plain = spans.is_plain();
     let mut at = 0;
@@ -28,32 +47,38 @@ pub fn faces(block: &Block, next: &Block, spans: &Spans, out: &mut [[u32; 3]]) -
             for x in Bits(quad.active & !caps) {
                 let ids = row.edges(x);
                 let case = &tables.cell[quad.case(x)];
-                let corner = |k: usize| ids[usize::from(case.slots[k] & 15)];
                 let Some(room) = out.get_mut(at..at + MAX_TRIANGLES) else { return at };
                 // Three are written always: a loop of random short length costs a misprediction.
-                for (t, triangle) in room.iter_mut().take(3).enumerate() {
-                    *triangle = [corner(3 * t), corner(3 * t + 1), corner(3 * t + 2)];
+                for t in 0..3 {
+                    room[t] = triangle(&ids, case, t);
                 }
                 if case.count > 3 {
-                    for (t, triangle) in room.iter_mut().enumerate().skip(3) {
-                        *triangle = [corner(3 * t), corner(3 * t + 1), corner(3 * t + 2)];
+                    for t in 3..MAX_TRIANGLES {
+                        room[t] = triangle(&ids, case, t);
                     }
                 }
                 at += usize::from(case.count);
             }
             for x in Bits(caps) {
                 let case = &tables.cap(spans.position([x, y, z]))[quad.case(x)];
+                let cap = Cap { edges: row.edges(x), block, next, spans, cell: [x, y, z] };
                 for t in 0..usize::from(case.count) {
-                    let corner = |k: usize| {
-                        cap_vertex(&row, block, next, spans, [x, y, z], case.slots[3 * t + k])
-                    };
-                    out[at] = [corner(0), corner(1), corner(2)];
+                    let [a, b, c] =
+                        [case.slots[3 * t], case.slots[3 * t + 1], case.slots[3 * t + 2]];
+                    out[at] = [cap.vertex(a), cap.vertex(b), cap.vertex(c)];
                     at += 1;
                 }
             }
         }
     }
     at
+}
+
+/// Triangle `t` of a cell whose edges have the vertices `ids`.
+#[inline(always)]
+fn triangle(ids: &[u32; 16], case: &Case, t: usize) -> [u32; 3] {
+    let [a, b, c] = [case.slots[3 * t], case.slots[3 * t + 1], case.slots[3 * t + 2]];
+    [ids[usize::from(a & 15)], ids[usize::from(b & 15)], ids[usize::from(c & 15)]]
 }
 
 /// What the cells of one row need to number their vertices.
@@ -71,13 +96,12 @@ impl Row {
     fn new(block: &Block, next: &Block, spans: &Spans, quad: &Quad, z: usize, y: usize) -> Self {
         let [a, b, c, d] = quad.rows;
         let edges = spans.0[0].edge & ROW;
-        let along = |row: u32| (row ^ row >> 1) & edges;
         Self {
             x: [
-                (along(a), block.x[z][y]),
-                (along(b), block.x[z][y + 1]),
-                (along(c), block.x[z + 1][y]),
-                (along(d), block.x[z + 1][y + 1]),
+                ((a ^ a >> 1) & edges, block.x[z][y]),
+                ((b ^ b >> 1) & edges, block.x[z][y + 1]),
+                ((c ^ c >> 1) & edges, block.x[z + 1][y]),
+                ((d ^ d >> 1) & edges, block.x[z + 1][y + 1]),
             ],
             y: [(a ^ b, block.y[z][y], next.y[z][y]), (c ^ d, block.y[z + 1][y], next.y[z + 1][y])],
             z: [(a ^ c, block.z[z][y], next.z[z][y]), (b ^ d, block.z[z][y + 1], next.z[z][y + 1])],
@@ -87,40 +111,68 @@ impl Row {
     /// Vertices on the edges of cell `x`; what stands for an edge without crossing is meaningless.
     #[inline(always)]
     fn edges(&self, x: usize) -> [u32; 16] {
-        let below = (1u32 << x) - 1;
-        let rank = |word: u32| (word & below).count_ones();
-        let along = |(word, first): (u32, u32)| first.wrapping_add(rank(word));
-        let across = |(word, first, beyond): (u32, u32, u32)| {
-            let here = first.wrapping_add(rank(word));
-            let after = here.wrapping_add(word >> x & 1);
-            [here, if x + 1 == BRICK { beyond } else { after }]
-        };
-        let [x0, x1, x2, x3] = self.x.map(along);
-        let [[y0, y1], [y2, y3]] = self.y.map(across);
-        let [[z0, z1], [z2, z3]] = self.z.map(across);
-        [x0, x1, x2, x3, y0, y1, y2, y3, z0, z1, z2, z3, 0, 0, 0, 0]
+        let [x0, x1, x2, x3] = self.x;
+        let [y0, y1] = [across(self.y[0], x), across(self.y[1], x)];
+        let [z0, z1] = [across(self.z[0], x), across(self.z[1], x)];
+        [
+            along(x0, x),
+            along(x1, x),
+            along(x2, x),
+            along(x3, x),
+            y0[0],
+            y0[1],
+            y1[0],
+            y1[1],
+            z0[0],
+            z0[1],
+            z1[0],
+            z1[1],
+            0,
+            0,
+            0,
+            0,
+        ]
     }
 }
 
-/// The vertex that stands in `slot` of a cell at ghosts.
+/// The vertex on the edge of a row that starts at `x`.
 #[inline(always)]
-fn cap_vertex(
-    row: &Row,
-    block: &Block,
-    next: &Block,
-    spans: &Spans,
-    [x, y, z]: [usize; 3],
-    slot: u8,
-) -> u32 {
-    let slot = usize::from(slot);
-    if slot < 12 {
-        return row.edges(x)[slot];
+fn along((word, first): (u32, u32), x: usize) -> u32 {
+    first.wrapping_add((word & ((1 << x) - 1)).count_ones())
+}
+
+/// The vertices on the edges across a row at `x` and `x + 1`.
+#[inline(always)]
+fn across((word, first, beyond): (u32, u32, u32), x: usize) -> [u32; 2] {
+    let here = along((word, first), x);
+    let after = here.wrapping_add(word >> x & 1);
+    [here, if x + 1 == BRICK { beyond } else { after }]
+}
+
+/// A cell at ghosts.
+struct Cap<'a> {
+    edges: [u32; 16],
+    block: &'a Block,
+    next: &'a Block,
+    spans: &'a Spans,
+    cell: [usize; 3],
+}
+
+impl Cap<'_> {
+    /// The vertex that stands in a slot.
+    #[inline(always)]
+    fn vertex(&self, slot: u8) -> u32 {
+        let slot = usize::from(slot);
+        if slot < 12 {
+            return self.edges[slot];
+        }
+        let corner = slot - 12;
+        let [x, y, z] = self.cell;
+        let (x, y, z) = (x + (corner & 1), y + (corner >> 1 & 1), z + (corner >> 2));
+        if x == BRICK {
+            return self.next.planes[z][y];
+        }
+        let word = self.spans.planes(&self.block.rows, z, y);
+        along((word, self.block.planes[z][y]), x)
     }
-    let corner = slot - 12;
-    let (x, y, z) = (x + (corner & 1), y + (corner >> 1 & 1), z + (corner >> 2));
-    if x == BRICK {
-        return next.planes[z][y];
-    }
-    let below = (1u32 << x) - 1;
-    block.planes[z][y] + (spans.planes(&block.rows, z, y) & below).count_ones()
 }

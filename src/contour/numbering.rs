@@ -8,6 +8,7 @@
 use super::bits::{ROW, Rows, SIDE, Spans, gather};
 use super::tables::Tables;
 use crate::eval::{BRICK, BrickSigns};
+use pulp::NullaryFnOnce;
 
 /// What neighbours need to know of a brick's numbers; all but `first` count from `first`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -55,9 +56,33 @@ impl Default for Block {
     }
 }
 
-/// Counts what a brick owns; the numbers returned count from zero.
+/// Gathers a brick's signs and counts what it owns; a task for [`pulp::Arch::dispatch`].
+///
+/// The numbers returned count from zero. (A closure would not do: only `inline(always)` bodies are
+/// sure to be compiled for the dispatched instructions, and counting bits depends on them.)
+pub struct Counting<'a> {
+    /// Signs of the brick and of the seven above it.
+    pub signs: [&'a BrickSigns; 8],
+    /// Receives the rows.
+    pub rows: &'a mut Rows,
+    /// Spans of the brick.
+    pub spans: &'a Spans,
+    /// The cases.
+    pub tables: &'a Tables,
+}
+
+impl NullaryFnOnce for Counting<'_> {
+    type Output = (BrickNumbers, Count);
+
+    #[inline(always)]
+    fn call(self) -> Self::Output {
+        gather(self.signs, self.rows);
+        count(self.rows, self.spans, self.tables)
+    }
+}
+
 #[inline(always)]
-pub fn count(rows: &Rows, spans: &Spans, tables: &Tables) -> (BrickNumbers, Count) {
+fn count(rows: &Rows, spans: &Spans, tables: &Tables) -> (BrickNumbers, Count) {
     let mut numbers = BrickNumbers::default();
     let mut at = 0;
     for z in 0..BRICK {
@@ -107,46 +132,54 @@ pub fn count(rows: &Rows, spans: &Spans, tables: &Tables) -> (BrickNumbers, Coun
 /// Numbers of a brick and of its neighbours `dx + 2 dy + 4 dz`, where they own a vertex.
 pub type Neighbours<'a> = [Option<&'a BrickNumbers>; 8];
 
-impl Block {
-    /// Gathers the signs of a brick and numbers the vertices of its cells, apart from those at the
-    /// far end along x, which are in the block of the next brick.
-    ///
-    /// `beyond` are the spans of the next brick along y.
+/// Gathers the signs of a brick and numbers the vertices of its cells, apart from those at the far
+/// end along x, which are in the block of the next brick; a task for [`pulp::Arch::dispatch`].
+pub struct Filling<'a> {
+    /// Receives signs and numbers.
+    pub block: &'a mut Block,
+    /// Signs of the brick and of the seven above it.
+    pub signs: [&'a BrickSigns; 8],
+    /// Numbers of the same bricks.
+    pub neighbours: &'a Neighbours<'a>,
+    /// Spans of the brick.
+    pub spans: &'a Spans,
+    /// Spans of the next brick along y.
+    pub beyond: &'a Spans,
+}
+
+impl NullaryFnOnce for Filling<'_> {
+    type Output = ();
+
     #[inline(always)]
-    pub fn fill(
-        &mut self,
-        signs: [&BrickSigns; 8],
-        neighbours: &Neighbours<'_>,
-        spans: &Spans,
-        beyond: &Spans,
-    ) {
-        gather(signs, &mut self.rows);
-        let rows = &self.rows;
+    fn call(self) {
+        let Self { block, signs, neighbours, spans, beyond } = self;
+        gather(signs, &mut block.rows);
+        let rows = &block.rows;
         let plain = spans.is_plain();
         if let Some(own) = neighbours[0] {
             let mut at = own.first;
             for z in 0..BRICK {
                 for y in 0..BRICK {
-                    self.x[z][y] = at;
+                    block.x[z][y] = at;
                     at += spans.along_x(rows, z, y).count_ones();
                 }
             }
             for z in 0..BRICK {
                 for y in 0..BRICK {
-                    self.y[z][y] = at;
+                    block.y[z][y] = at;
                     at += spans.along_y(rows, z, y).count_ones();
                 }
             }
             for z in 0..BRICK {
                 for y in 0..BRICK {
-                    self.z[z][y] = at;
+                    block.z[z][y] = at;
                     at += spans.along_z(rows, z, y).count_ones();
                 }
             }
             if !plain {
                 for z in 0..BRICK {
                     for y in 0..BRICK {
-                        self.planes[z][y] = at;
+                        block.planes[z][y] = at;
                         at += spans.planes(rows, z, y).count_ones();
                     }
                 }
@@ -155,10 +188,10 @@ impl Block {
         if let Some(next) = neighbours[2] {
             let mut plane = next.first + u32::from(next.planes);
             for z in 0..BRICK {
-                self.x[z][BRICK] = next.first + u32::from(next.x_layers[z]);
-                self.z[z][BRICK] = next.first + u32::from(next.z_layers[z]);
+                block.x[z][BRICK] = next.first + u32::from(next.x_layers[z]);
+                block.z[z][BRICK] = next.first + u32::from(next.z_layers[z]);
                 if !plain {
-                    self.planes[z][BRICK] = plane;
+                    block.planes[z][BRICK] = plane;
                     for y in 0..BRICK {
                         let word = u32::from(signs[2][z * BRICK + y]);
                         plane += (word & beyond.outer(z, y)).count_ones();
@@ -171,17 +204,17 @@ impl Block {
             let mut y_edge = next.first + u32::from(next.y);
             let mut plane = next.first + u32::from(next.planes);
             for y in 0..BRICK {
-                self.x[BRICK][y] = x;
-                self.y[BRICK][y] = y_edge;
-                self.planes[BRICK][y] = plane;
+                block.x[BRICK][y] = x;
+                block.y[BRICK][y] = y_edge;
+                block.planes[BRICK][y] = plane;
                 x += spans.along_x(rows, BRICK, y).count_ones();
                 y_edge += spans.along_y(rows, BRICK, y).count_ones();
                 plane += spans.planes(rows, BRICK, y).count_ones();
             }
         }
         if let Some(next) = neighbours[6] {
-            self.x[BRICK][BRICK] = next.first;
-            self.planes[BRICK][BRICK] = next.first + u32::from(next.planes);
+            block.x[BRICK][BRICK] = next.first;
+            block.planes[BRICK][BRICK] = next.first + u32::from(next.planes);
         }
     }
 }
@@ -210,8 +243,8 @@ impl Quad {
     #[inline(always)]
     #[must_use]
     pub fn case(&self, x: usize) -> usize {
-        let [a, b, c, d] = self.rows.map(|row| row >> x & 3);
-        (a | b << 2 | c << 4 | d << 6) as usize
+        let [a, b, c, d] = self.rows;
+        (a >> x & 3 | (b >> x & 3) << 2 | (c >> x & 3) << 4 | (d >> x & 3) << 6) as usize
     }
 }
 

@@ -1,11 +1,10 @@
 //! Where vertices lie: roots of the field on grid edges, kept off crowded nodes.
 //!
-//! A vertex is the root of the field itself on its edge, found between the two sampled signs: a
-//! linear guess, then Newton's method on value and slope, replaced by bisection where a step
-//! leaves the bracket or is longer than three quarters of the one before. Each edge is one lane with a state of
-//! its own, so its root does not depend on the edges that it is batched with. Lanes that have
-//! settled keep their result; a batch goes on with the others until none is left or
-//! [`MOST_ROUNDS`] are done.
+//! A vertex is the root of the field itself on its edge, found between the two sampled signs. From
+//! a linear guess, [`GLIDES`] steps of Newton's method on value and slope settle nearly every edge
+//! of a smooth field. The others start again with a bracket, and bisection replaces a step that
+//! leaves it or is longer than three quarters of the one before. Each edge is one lane with a state
+//! of its own, so its root does not depend on the edges that it is batched with.
 //!
 //! A value of zero counts as a root only where the slope is not zero: on a plateau of zeros the
 //! root is where the solid ends. A root at a node is that node's coordinate exactly.
@@ -19,12 +18,12 @@
 //! kept by sign instead of by order.
 
 use super::bits::{Rows, SIDE, Spans};
-use super::grid::TAU;
+use super::grid::{Grid, TAU};
 use super::numbering::{Bits, Block};
 use crate::eval::{BRICK, End, Sampler};
 use crate::expr::Failure;
 use crate::geom::Axis;
-use pulp::Arch;
+use pulp::{Arch, NullaryFnOnce};
 
 /// Most edges in a batch of a sampler.
 const BATCH: usize = 256;
@@ -39,19 +38,38 @@ const STAGNATION: f64 = 1e-11;
 /// Coordinates are known to this fraction of the largest of them.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
-/// Most evaluations of an edge: bisection alone needs 52 for any edge, and no more than half of the
+/// Newton steps that every edge takes before the first is asked whether it has settled. From the
+/// linear guess, a hundredth of an edge off at worst where the grid resolves the field, two steps
+/// lead to rounding; the third evaluation proves it.
+const GLIDES: usize = 2;
+
+/// Most evaluations of an edge that has not settled then: bisection alone needs 52 for any edge, and no more than half of the
 /// steps of an edge that resists are those of Newton's method.
 const MOST_ROUNDS: usize = 110;
 
 /// Coordinates of a brick's nodes along each axis, the first of the next brick included.
 #[derive(Clone, Copy, Debug)]
-pub struct BrickLines<'a> {
+pub struct BrickLines {
     /// Where vertices are placed.
-    pub placed: [&'a [f64]; 3],
+    pub placed: [[f64; SIDE]; 3],
     /// Where the field is sampled.
-    pub sampled: [&'a [f64]; 3],
+    pub sampled: [[f64; SIDE]; 3],
     /// Largest magnitude of a coordinate of the grid.
     pub extent: f64,
+}
+
+impl BrickLines {
+    /// The coordinates of a brick's nodes; `extent` is [`Grid::extent`].
+    #[must_use]
+    pub fn new(grid: &Grid, brick: [u32; 3], extent: f64) -> Self {
+        let mut lines = Self { placed: [[0.0; SIDE]; 3], sampled: [[0.0; SIDE]; 3], extent };
+        for (a, axis) in Axis::ALL.into_iter().enumerate() {
+            let nodes = brick[a] as usize * BRICK..brick[a] as usize * BRICK + SIDE;
+            lines.placed[a].copy_from_slice(&grid.placed(axis)[nodes.clone()]);
+            lines.sampled[a].copy_from_slice(&grid.sampled(axis)[nodes]);
+        }
+        lines
+    }
 }
 
 /// A vertex that may be too close to a node.
@@ -95,28 +113,23 @@ impl Placer {
         activity: &[u64],
         block: &Block,
         spans: &Spans,
-        lines: &BrickLines<'_>,
+        lines: &BrickLines,
         out: &mut Vec<[f64; 3]>,
     ) -> Result<(), Failure> {
         self.near.clear();
         for axis in Axis::ALL {
-            let edges = &mut *self.edges;
-            let count = arch.dispatch(|| list(&block.rows, spans, axis, edges));
-            for batch in edges[..count].chunks(BATCH) {
+            let rows = &block.rows;
+            let count = arch.dispatch(Listing { rows, spans, axis, edges: &mut self.edges });
+            for batch in self.edges[..count].chunks(BATCH) {
                 let a = axis.index();
-                let table = lines.sampled[a];
-                let mut ask = Query { sampler, workspace, brick, activity, axis };
-                let roots = self.lanes.solve(arch, &mut ask, batch, table, lines.extent)?;
-                for (node, root) in batch.iter().zip(roots) {
-                    let at = position(*node);
-                    let mut point = [0, 1, 2].map(|a| lines.placed[a][at[a]]);
-                    let ends = [lines.placed[a][at[a]], lines.placed[a][at[a] + 1]];
-                    let margin = TAU * (ends[1] - ends[0]);
-                    if *root < ends[0] + margin || *root > ends[1] - margin {
-                        self.near.push(Near { vertex: out.len(), axis, node: *node });
-                    }
-                    point[a] = *root;
-                    out.push(point);
+                let mut ask = Query { sampler, workspace: &mut *workspace, brick, activity, axis };
+                let roots =
+                    self.lanes.solve(arch, &mut ask, batch, &lines.sampled[a], lines.extent)?;
+                let near = &mut self.near;
+                match axis {
+                    Axis::X => put::<0>(batch, roots, lines, near, out),
+                    Axis::Y => put::<1>(batch, roots, lines, near, out),
+                    Axis::Z => put::<2>(batch, roots, lines, near, out),
                 }
             }
         }
@@ -130,7 +143,7 @@ impl Placer {
     }
 
     /// Moves the last brick's crossings off crowded nodes.
-    pub fn keep_off(&self, crowded: &Rows, lines: &BrickLines<'_>, out: &mut [[f64; 3]]) {
+    pub fn keep_off(&self, crowded: &Rows, lines: &BrickLines, out: &mut [[f64; 3]]) {
         for &Near { vertex, axis, node } in &self.near {
             let a = axis.index();
             let [x, y, z] = position(node);
@@ -150,33 +163,76 @@ impl Placer {
     }
 }
 
+/// Appends the vertices at `roots` and notes those that are near nodes.
+fn put<const AXIS: usize>(
+    batch: &[u16],
+    roots: &[f64],
+    lines: &BrickLines,
+    near: &mut Vec<Near>,
+    out: &mut Vec<[f64; 3]>,
+) {
+    let first = out.len();
+    let [px, py, pz] = &lines.placed;
+    out.extend(batch.iter().zip(roots).map(|(node, root)| {
+        let [x, y, z] = position(*node);
+        match AXIS {
+            0 => [*root, py[y], pz[z]],
+            1 => [px[x], *root, pz[z]],
+            _ => [px[x], py[y], *root],
+        }
+    }));
+    let placed = &lines.placed[AXIS];
+    for (lane, (node, root)) in batch.iter().zip(roots).enumerate() {
+        let i = position(*node)[AXIS];
+        let (lower, upper) = (placed[i], placed[i + 1]);
+        let margin = TAU * (upper - lower);
+        if *root - lower < margin || upper - *root < margin {
+            near.push(Near { vertex: first + lane, axis: Axis::ALL[AXIS], node: *node });
+        }
+    }
+}
+
 /// Position along each axis of a node in its brick.
+#[inline(always)]
 fn position(node: u16) -> [usize; 3] {
-    [node % 16, node / 16 % 16, node / 256].map(usize::from)
+    let node = usize::from(node);
+    [node % BRICK, node / BRICK % BRICK, node / (BRICK * BRICK) % BRICK]
 }
 
 /// Writes the lower nodes of a brick's crossed edges along `axis` and returns how many they are.
-#[inline(always)]
-fn list(rows: &Rows, spans: &Spans, axis: Axis, edges: &mut [u16; BRICK * BRICK * BRICK]) -> usize {
-    let mut count = 0;
-    for z in 0..BRICK {
-        for y in 0..BRICK {
-            let word = match axis {
-                Axis::X => spans.along_x(rows, z, y),
-                Axis::Y => spans.along_y(rows, z, y),
-                Axis::Z => spans.along_z(rows, z, y),
-            };
-            for x in Bits(word) {
-                edges[count & (BRICK * BRICK * BRICK - 1)] = (z * 256 + y * 16 + x) as u16;
-                count += 1;
+struct Listing<'a> {
+    rows: &'a Rows,
+    spans: &'a Spans,
+    axis: Axis,
+    edges: &'a mut [u16; BRICK * BRICK * BRICK],
+}
+
+impl NullaryFnOnce for Listing<'_> {
+    type Output = usize;
+
+    #[inline(always)]
+    fn call(self) -> usize {
+        let Self { rows, spans, axis, edges } = self;
+        let mut count = 0;
+        for z in 0..BRICK {
+            for y in 0..BRICK {
+                let word = match axis {
+                    Axis::X => spans.along_x(rows, z, y),
+                    Axis::Y => spans.along_y(rows, z, y),
+                    Axis::Z => spans.along_z(rows, z, y),
+                };
+                for x in Bits(word) {
+                    edges[count & (BRICK * BRICK * BRICK - 1)] = (z * 256 + y * 16 + x) as u16;
+                    count += 1;
+                }
             }
         }
+        count
     }
-    count
 }
 
 /// Appends the inside nodes of outer planes that a brick owns.
-pub fn planes(block: &Block, spans: &Spans, lines: &BrickLines<'_>, out: &mut Vec<[f64; 3]>) {
+pub fn planes(block: &Block, spans: &Spans, lines: &BrickLines, out: &mut Vec<[f64; 3]>) {
     for z in 0..BRICK {
         for y in 0..BRICK {
             for x in Bits(spans.planes(&block.rows, z, y)) {
@@ -249,9 +305,10 @@ impl Lanes {
         arch: Arch,
         ask: &mut Query<'_, S>,
         nodes: &[u16],
-        table: &[f64],
+        table: &[f64; SIDE],
         extent: f64,
     ) -> Result<&[f64], Failure> {
+        let rounding = ROUNDING * extent;
         let mut n = nodes.len();
         self.nodes[..n].copy_from_slice(nodes);
         for (lane, place) in self.place[..n].iter_mut().enumerate() {
@@ -265,12 +322,14 @@ impl Lanes {
             let i = position(*node)[ask.axis.index()];
             (self.inner[lane], self.outer[lane]) = (table[i], table[i + 1]);
         }
-        arch.dispatch(|| self.start(n));
+        arch.dispatch(Task { lanes: self, n, rounding, stage: Stage::Start });
+        for _ in 0..GLIDES {
+            self.evaluate(ask, n)?;
+            arch.dispatch(Task { lanes: self, n, rounding, stage: Stage::Glide });
+        }
+        self.evaluate(ask, n)?;
+        let mut open = arch.dispatch(Task { lanes: self, n, rounding, stage: Stage::Settle });
         for _ in 0..MOST_ROUNDS {
-            let Query { sampler, workspace, .. } = ask;
-            let (value, slope) = (&mut self.value[..n], &mut self.slope[..n]);
-            sampler.line(workspace, &self.at[..n], value, slope)?;
-            let open = arch.dispatch(|| self.advance(n, ROUNDING * extent));
             if open == 0 {
                 break;
             }
@@ -278,11 +337,19 @@ impl Lanes {
                 n = self.compact(n);
                 ask.begin(&self.nodes[..n])?;
             }
+            self.evaluate(ask, n)?;
+            open = arch.dispatch(Task { lanes: self, n, rounding, stage: Stage::Advance });
         }
         for lane in 0..n {
             self.roots[usize::from(self.place[lane])] = self.at[lane];
         }
         Ok(&self.roots[..nodes.len()])
+    }
+
+    /// Values and slopes of the first `n` lanes where they are.
+    fn evaluate<S: Sampler>(&mut self, ask: &mut Query<'_, S>, n: usize) -> Result<(), Failure> {
+        let (value, slope) = (&mut self.value[..n], &mut self.slope[..n]);
+        ask.sampler.line(ask.workspace, &self.at[..n], value, slope)
     }
 
     /// Sets the brackets and the linear guesses; `inner` and `outer` hold the lower and upper ends,
@@ -304,8 +371,38 @@ impl Lanes {
             self.at[lane] = if most == 0.0 { outer } else { guess };
             self.step[lane] = upper - lower;
             self.length[lane] = upper - lower;
-            self.open[lane] = u64::MAX;
         }
+    }
+
+    /// Takes a Newton step in each lane, no further than the ends of its edge.
+    #[inline(always)]
+    fn glide(&mut self, n: usize) {
+        for lane in 0..n.min(BATCH) {
+            let (a, b) = (self.inner[lane], self.outer[lane]);
+            let (lower, upper) = if a < b { (a, b) } else { (b, a) };
+            let next = self.at[lane] - self.value[lane] / self.slope[lane];
+            let next = if next > lower { next } else { lower };
+            self.at[lane] = if next < upper { next } else { upper };
+        }
+    }
+
+    /// Closes the lanes whose next Newton step is below the tolerance, takes that step, and
+    /// returns how many lanes are open.
+    #[inline(always)]
+    fn settle(&mut self, n: usize, rounding: f64) -> usize {
+        let mut open = 0;
+        for lane in 0..n.min(BATCH) {
+            let at = self.at[lane];
+            let newton = at - self.value[lane] / self.slope[lane];
+            let between = (newton - self.inner[lane]) * (newton - self.outer[lane]) <= 0.0;
+            let finite = self.slope[lane].abs() < f64::INFINITY;
+            let small = (newton - at).abs() <= tolerance(self.length[lane], rounding);
+            let settled = between & finite & small;
+            self.at[lane] = if settled { newton } else { at };
+            self.open[lane] = if settled { 0 } else { u64::MAX };
+            open += usize::from(!settled);
+        }
+        open
     }
 
     /// Takes a step in each open lane and returns how many lanes stay open.
@@ -373,8 +470,46 @@ impl Lanes {
     }
 }
 
-/// Cuts a padded table to the nodes of a brick's cells.
-pub fn brick_line(table: &[f64], brick: u32) -> &[f64] {
-    let from = brick as usize * BRICK;
-    &table[from..from + SIDE]
+/// Step that settles a root on an edge of that length.
+#[inline(always)]
+fn tolerance(length: f64, rounding: f64) -> f64 {
+    if TOLERANCE * length > rounding { TOLERANCE * length } else { rounding }
+}
+
+/// A stage of finding roots.
+#[derive(Clone, Copy)]
+enum Stage {
+    Start,
+    Glide,
+    Settle,
+    Advance,
+}
+
+/// A stage on the first `n` lanes; returns how many lanes it leaves open.
+struct Task<'a> {
+    lanes: &'a mut Lanes,
+    n: usize,
+    rounding: f64,
+    stage: Stage,
+}
+
+impl NullaryFnOnce for Task<'_> {
+    type Output = usize;
+
+    #[inline(always)]
+    fn call(self) -> usize {
+        let Self { lanes, n, rounding, stage } = self;
+        match stage {
+            Stage::Start => {
+                lanes.start(n);
+                n
+            }
+            Stage::Glide => {
+                lanes.glide(n);
+                n
+            }
+            Stage::Settle => lanes.settle(n, rounding),
+            Stage::Advance => lanes.advance(n, rounding),
+        }
+    }
 }

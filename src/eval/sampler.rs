@@ -9,7 +9,7 @@
 //! bit is clear and returns the same bits as with all of them set, anywhere in that box: at the
 //! nodes and between them.
 
-use crate::expr::Failure;
+pub use crate::expr::Failure;
 use crate::geom::Axis;
 use crate::num::Interval;
 
