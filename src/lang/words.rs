@@ -6,6 +6,7 @@
 //!
 //! Source: the Cesogen paper has `@file` without quotes, comments or nesting; those are ours.
 
+use super::source::offset;
 use super::{Diagnostic, Loader, Sources, Span};
 
 /// Files within files, at most.
@@ -37,9 +38,9 @@ pub fn expand(
     loader: &mut dyn Loader,
 ) -> Result<Vec<Token>, Vec<Diagnostic>> {
     let command_line = &sources.all()[0];
-    let arguments = command_line.words.iter().map(|range| Token {
+    let arguments = command_line.words.iter().enumerate().map(|(index, range)| Token {
         text: command_line.text[range.clone()].to_owned(),
-        span: Span { source: 0, start: offset(range.start), end: offset(range.end) },
+        span: command_line.word(index),
     });
     let mut open = vec![Open { name: None, rest: arguments.rev().collect() }];
     let (mut words, mut faults, mut size) = (Vec::new(), Vec::new(), 0);
@@ -128,9 +129,4 @@ fn split(text: &str, source: u32) -> Result<Vec<Token>, Diagnostic> {
     }
     words.reverse();
     Ok(words)
-}
-
-/// A position in a source; sources are limited to sizes that fit.
-fn offset(position: usize) -> u32 {
-    u32::try_from(position).unwrap_or(u32::MAX)
 }

@@ -13,10 +13,10 @@ use crate::expr::graph::operands;
 use crate::expr::{Binary, Graph, Node, NodeId, Unary};
 use rustc_hash::FxHashMap;
 
-/// Entries of a rotation matrix below this are rounding errors of zero.
+/// Entries of a rotation matrix as near as this to -1, 0 or 1 are rounding errors of them.
 ///
 /// pi/2 is no binary number, so the cosine of a quarter turn comes out as 6e-17. Without this, a
-/// box turned by it would have slanted faces and depend on all three axes.
+/// box turned by it would have slanted faces, and its field would depend on all three axes.
 const NEGLIGIBLE: f64 = 4.0 * f64::EPSILON;
 
 impl Solid {
@@ -127,25 +127,46 @@ fn rotation(graph: &mut Graph, angle: NodeId, axis: [NodeId; 3]) -> [[NodeId; 3]
     let one = graph.constant(1.0);
     let versine = graph.sub(one, cosine);
     let v = [x, y, z];
+    // Products with a component that is the constant zero are left out: a turn about z by a
+    // parameter must not bring z into the other coordinates.
+    let is_zero = |graph: &Graph, id: NodeId| graph.as_constant(id) == Some(0.0);
     let mut entry = |i: usize, j: usize| {
-        let square = graph.mul(v[i], v[j]);
-        let a = graph.mul(square, versine);
-        let (op, b) = match (i, j) {
-            (0, 0) | (1, 1) | (2, 2) => (Binary::Add, cosine),
-            (1, 0) => (Binary::Add, graph.mul(z, sine)),
-            (0, 1) => (Binary::Sub, graph.mul(z, sine)),
-            (0, 2) => (Binary::Add, graph.mul(y, sine)),
-            (2, 0) => (Binary::Sub, graph.mul(y, sine)),
-            (2, 1) => (Binary::Add, graph.mul(x, sine)),
-            _ => (Binary::Sub, graph.mul(x, sine)),
+        let a = if is_zero(graph, v[i]) || is_zero(graph, v[j]) {
+            graph.constant(0.0)
+        } else {
+            let square = graph.mul(v[i], v[j]);
+            graph.mul(square, versine)
         };
-        let sum = graph.binary(op, a, b);
-        match graph.as_constant(sum) {
-            Some(value) if value.abs() < NEGLIGIBLE => graph.constant(0.0),
-            _ => sum,
+        if i == j {
+            let sum = plus(graph, a, Binary::Add, cosine);
+            return rounded(graph, sum);
         }
+        // B of equation 8: in row i and column j the third axis, with the sign of the cycle.
+        let third = v[3 - i - j];
+        let op = if (i + 1) % 3 == j { Binary::Sub } else { Binary::Add };
+        let b = if is_zero(graph, third) { third } else { graph.mul(third, sine) };
+        let sum = plus(graph, a, op, b);
+        rounded(graph, sum)
     };
     std::array::from_fn(|i| std::array::from_fn(|j| entry(i, j)))
+}
+
+/// `a` plus or minus `b`, without the one that is the constant zero.
+fn plus(graph: &mut Graph, a: NodeId, op: Binary, b: NodeId) -> NodeId {
+    match (graph.as_constant(a), graph.as_constant(b)) {
+        (Some(0.0), _) if op == Binary::Add => b,
+        (Some(0.0), _) => graph.neg(b),
+        (_, Some(0.0)) => a,
+        _ => graph.binary(op, a, b),
+    }
+}
+
+/// A constant entry of a rotation matrix, made -1, 0 or 1 if it is so but for rounding.
+fn rounded(graph: &mut Graph, entry: NodeId) -> NodeId {
+    match graph.as_constant(entry) {
+        Some(value) if (value - value.round()).abs() < NEGLIGIBLE => graph.constant(value.round()),
+        _ => entry,
+    }
 }
 
 /// `v` divided by its length; by its greatest component first, so that no square overflows.
