@@ -32,8 +32,8 @@ pub use word::{
 pub use words::Token;
 
 use crate::expr::Graph;
-use crate::solid::{Solid, Values};
 pub use crate::solid::Span;
+use crate::solid::{Solid, Values};
 
 /// The words of a program with the texts they come from.
 #[derive(Clone, Debug)]

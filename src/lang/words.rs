@@ -130,3 +130,42 @@ fn split(text: &str, source: u32) -> Result<Vec<Token>, Diagnostic> {
     words.reverse();
     Ok(words)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn check(text: &str, expected: &[&str]) {
+        let words = split(text, 0).unwrap();
+        let found: Vec<_> = words.iter().rev().map(|word| word.text.as_str()).collect();
+        assert_eq!(found, expected, "{text}");
+        for word in &words {
+            assert_eq!(text[word.span.start as usize..word.span.end as usize], word.text);
+        }
+    }
+
+    #[test]
+    fn files_split_at_blanks_outside_quotes() {
+        check("", &[]);
+        check(" box\n\tsphere ", &["box", "sphere"]);
+        check("'x + y' \"z\"", &["x + y", "z"]);
+        check("'a\nb'", &["a\nb"]);
+        check("'' box", &["", "box"]);
+        check("'a''b'", &["a", "b"]);
+        check("g' d'", &["g'", "d'"]);
+        check("\u{feff}box", &["box"]);
+        check("π\u{a0}ξ", &["π", "ξ"]);
+    }
+
+    #[test]
+    fn comments_begin_with_a_word() {
+        check("box # sphere 'not open\ncone", &["box", "cone"]);
+        check("#all", &[]);
+        check("a#b '#c'", &["a#b", "#c"]);
+    }
+
+    #[test]
+    fn an_open_quote_is_a_fault() {
+        assert_eq!(split("box 'x", 0).unwrap_err().message, "a quote is not closed");
+    }
+}
