@@ -324,3 +324,93 @@ impl Row {
         Self { help, source, ..self }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::expr::NodeId;
+    use crate::geom::Axis;
+    use crate::lang::infix::{self, Coordinates, Scope};
+    use crate::lang::names;
+    use crate::lang::word::normalized;
+    use crate::solid::Span;
+    use crate::solid::walk::value;
+
+    #[test]
+    fn no_spelling_means_two_things() {
+        let mut spellings = Words.spellings();
+        let count = spellings.len();
+        spellings.sort_unstable();
+        spellings.dedup();
+        assert_eq!(spellings.len(), count);
+        for spelling in spellings {
+            assert_eq!(normalized(spelling), spelling);
+            assert!(names::reserved().all(|name| name != spelling), "`{spelling}` is a name");
+            assert!(!spelling.starts_with(['@', '-', '#']) && !spelling.contains(','));
+            assert_eq!(row(spelling).unwrap().name, Words.word(spelling).unwrap().name);
+        }
+    }
+
+    #[test]
+    fn every_word_has_help_and_source() {
+        for Row { name, help, source, arguments, .. } in rows() {
+            assert!(!help.is_empty() && !help.ends_with('.') && help.len() < 80, "{name}: {help}");
+            assert!(!source.is_empty(), "{name}");
+            for argument in *arguments {
+                assert!(!argument.meaning.is_empty(), "{name} {}", argument.name);
+            }
+        }
+    }
+
+    #[test]
+    fn argument_names_are_no_words_and_defaults_make_sense() {
+        for Row { name, arguments, kind, .. } in rows() {
+            for (i, argument) in arguments.iter().enumerate() {
+                assert!(row(argument.name).is_none(), "{name}: `{}` is a word", argument.name);
+                assert!(names::reserved().all(|known| known != argument.name));
+                assert!(arguments[..i].iter().all(|other| other.name != argument.name));
+                let is_shape = matches!(kind, Kind::Shape { .. });
+                assert_eq!(argument.default.is_some(), is_shape, "{name} {}", argument.name);
+                if let Some(default) = argument.default {
+                    let values = crate::lang::numbers(default, "a default", &[]).unwrap();
+                    assert_eq!(values.len(), if argument.shape == Shape::Vector { 3 } else { 1 });
+                    assert_eq!(argument.domain.objection(&values), None, "{name}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn formulas_of_surfaces_are_what_is_evaluated() {
+        // `cx`, `s2y`, ... become parameters of the reader, bound to waves written in full.
+        let waves: Vec<(String, f64)> = ["s", "c"]
+            .into_iter()
+            .flat_map(|wave| ["", "2", "3"].map(|k| format!("{wave}{k}")))
+            .flat_map(|wave| ["x", "y", "z"].map(|axis| (format!("{wave}{axis}"), 0.0)))
+            .collect();
+        let scope = Scope { coordinates: Coordinates::Known, parameters: &waves };
+        for surface in &tpms::CATALOGUE {
+            let mut graph = Graph::new();
+            let equation = infix::equation(surface.formula, Span::NOWHERE, scope).unwrap();
+            let read = equation.expression(&mut graph, &mut wave);
+            let made = surface.field(&mut graph);
+            for point in [[0.1, 0.27, 0.44], [-0.3, 0.62, 0.05], [0.81, -0.19, 0.33]] {
+                let [a, b] = [read, made].map(|field| value(&graph, field, point));
+                assert!((a - b).abs() < 1e-13, "{}: {a} is not {b}", surface.name);
+            }
+        }
+    }
+
+    /// The wave called `name`: `s2y` is sin(2 tau y).
+    fn wave(graph: &mut Graph, name: &str) -> NodeId {
+        use crate::expr::Unary;
+        let mut letters = name.chars();
+        let op = if letters.next() == Some('s') { Unary::Sin } else { Unary::Cos };
+        let axis = Axis::ALL["xyz".find(letters.next_back().unwrap()).unwrap()];
+        let harmonic: f64 = letters.as_str().parse().unwrap_or(1.0);
+        let angle = graph.constant(harmonic * std::f64::consts::TAU);
+        let coordinate = graph.coordinate(axis);
+        let angle = graph.mul(angle, coordinate);
+        graph.unary(op, angle)
+    }
+}

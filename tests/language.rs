@@ -6,3 +6,12 @@ mod support;
 
 #[path = "language/programs.rs"]
 mod programs;
+
+#[path = "language/pictures.rs"]
+mod pictures;
+
+#[path = "language/round_trip.rs"]
+mod round_trip;
+
+#[path = "language/holding.rs"]
+mod holding;

@@ -294,3 +294,108 @@ fn unexpected(lexeme: Lexeme<'_>, at: Span) -> Diagnostic {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::expr::Graph;
+
+    const SCOPE: Scope<'_> = Scope { coordinates: Coordinates::Known, parameters: &[] };
+
+    fn read(text: &str) -> Result<Equation, Vec<Diagnostic>> {
+        let end = u32::try_from(text.len()).unwrap();
+        equation(text, Span { source: 0, start: 0, end }, SCOPE)
+    }
+
+    /// The equation of numbers `text` has the value `expected`, exactly.
+    fn check(text: &str, expected: f64) {
+        let mut graph = Graph::new();
+        let equation = read(text).unwrap_or_else(|faults| panic!("{text}: {faults:?}"));
+        let node = equation.expression(&mut graph, &mut |_, name| panic!("parameter {name}"));
+        assert_eq!(graph.as_constant(node), Some(expected), "{text}");
+    }
+
+    #[test]
+    fn operators_bind_as_in_mathematics() {
+        check("1+2*3", 7.0);
+        check("(1+2)*3", 9.0);
+        check("8-4-2", 2.0);
+        check("8-(4-2)", 6.0);
+        check("16/4/2", 2.0);
+        check("16/(4/2)", 8.0);
+        check("2*3^2", 18.0);
+        check("2^3^2", 512.0);
+        check("(2^3)^2", 64.0);
+        check("2**3**2", 512.0);
+        check("-2^2", -4.0);
+        check("(-2)^2", 4.0);
+        check("2^-1", 0.5);
+        check("2^-1^2", 0.5);
+        check("2^-2*3", 0.75);
+        check("--3", 3.0);
+        check("3--2", 5.0);
+        check("3*-2", -6.0);
+        check("-3*-2", 6.0);
+        check("6/-2+1", -2.0);
+        check("1e3+1E-1", 1000.1);
+    }
+
+    #[test]
+    fn every_function_is_called_by_its_name() {
+        check("sin(0)+cos(0)+tan(0)", 1.0);
+        check("asin(0)+acos(1)+atan(0)+atan2(0,1)", 0.0);
+        check("sinh(0)+cosh(0)+tanh(0)", 1.0);
+        check("exp(0)+log(1)+log10(1)", 1.0);
+        check("sqrt(9)+cbrt(8)", 5.0);
+        check("abs(-3)+sign(-2)", 2.0);
+        check("floor(1.5)+ceil(1.5)+round(2.5)", 5.0);
+        check("mod(-1,3)", 2.0);
+        check("pow(2,10)", 1024.0);
+        check("hypot(3,4)", 5.0);
+        check("min(3,2)+max(3,2)", 5.0);
+        check("min(3,2,1,4)", 1.0);
+        check("max(1,4,2)", 4.0);
+        check("clamp(5,0,1)+clamp(-5,0,1)+clamp(0.5,0,1)", 1.5);
+        check("tau/pi", 2.0);
+        check("e", std::f64::consts::E);
+        for function in Function::all() {
+            let arguments = vec!["1"; function.arity().0].join(",");
+            assert!(read(&format!("{}({arguments})", function.name())).is_ok());
+        }
+    }
+
+    #[test]
+    fn nesting_beyond_the_limit_is_a_fault() {
+        let many = 100_000;
+        let check = |text: String| {
+            let faults = read(&text).unwrap_err();
+            assert_eq!(faults[0].message, "the equation is nested more than 256 deep");
+        };
+        check(format!("{}x{}", "(".repeat(many), ")".repeat(many)));
+        check(format!("{}x", "-".repeat(many)));
+        check(format!("{}x", "2^".repeat(many)));
+        check(format!("{}x{}", "sin(".repeat(many), ")".repeat(many)));
+        check("(".repeat(many));
+    }
+
+    #[test]
+    fn chains_may_be_long() {
+        let text = format!("0{}", "+1".repeat(100_000));
+        check(&text, 100_000.0);
+        assert_eq!(read(&text).unwrap().to_string(), text);
+    }
+
+    #[test]
+    fn faults_go_on_after_unknown_names_and_are_few() {
+        assert_eq!(read("a+b*c(1)").unwrap_err().len(), 3);
+        assert_eq!(read(&format!("a{}", "+a".repeat(1000))).unwrap_err().len(), FAULT_LIMIT);
+    }
+
+    #[test]
+    fn coordinates_can_be_forbidden() {
+        let scope = Scope { coordinates: Coordinates::Forbidden("the size"), parameters: &[] };
+        let faults = list("1,x", Span::NOWHERE, scope).unwrap_err();
+        assert_eq!(faults[0].message, "the size can't depend on `x`");
+        assert_eq!(list("1,2*pi", Span::NOWHERE, scope).unwrap().len(), 2);
+    }
+}

@@ -204,7 +204,7 @@ fn out_of_domain(
         Shape::Factor if present.len() > 1 => "each component of ",
         Shape::Number | Shape::Vector | Shape::Factor => "",
     };
-    let message = format!("{components}the {} of `{}` {objection}", argument.name, word.name);
+    let message = format!("{components}the `{}` of `{}` {objection}", argument.name, word.name);
     Diagnostic::new(message).at(span, format!("is {}", value.join(",")))
 }
 
@@ -212,9 +212,15 @@ fn out_of_domain(
 fn too_few(word: Word<'_>, span: Span, found: usize, needed: usize) -> Failed {
     let name = word.name;
     let (message, cure) = if needed == 1 {
-        (format!("`{name}` needs a shape before it"), format!("write `SHAPE {name}`"))
+        (
+            format!("`{name}` needs a shape before it"),
+            format!("operations follow their shapes: SHAPE {name}"),
+        )
     } else {
-        (format!("`{name}` needs two shapes before it"), format!("write `SHAPE SHAPE {name}`"))
+        (
+            format!("`{name}` needs two shapes before it"),
+            format!("operations follow their shapes: SHAPE SHAPE {name}"),
+        )
     };
     let label = if found == 0 { "has none" } else { "has only one" };
     let fault = Diagnostic::new(message).at(span, label).cure(cure);

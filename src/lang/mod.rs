@@ -26,34 +26,47 @@ pub mod words;
 
 pub use diagnostic::{Diagnostic, Label};
 pub use source::{Place, Source, Sources};
+pub use syntax::{Equation, Item, Operation, Value};
 pub use word::{
     Action, Argument, Arguments, Domain, Loaded, Loader, Refusal, Shape, Vocabulary, Word,
 };
+pub use words::Token;
 
 use crate::expr::Graph;
-use crate::solid::Solid;
 pub use crate::solid::Span;
+use crate::solid::{Solid, Values};
+
+/// The words of a program with the texts they come from.
+#[derive(Clone, Debug)]
+pub struct Text {
+    /// The words, those of files in the place of the files' names.
+    pub words: Vec<Token>,
+    /// The texts.
+    pub sources: Sources,
+}
 
 /// Program text turned into a solid.
 #[derive(Clone, Debug)]
 pub struct Program {
-    /// The graph of the solid's field and numbers.
+    /// What the text says, step by step.
+    pub items: Vec<Item>,
+    /// The graph of the solid's field and numbers; its parameters are those given, slot by slot.
     pub graph: Graph,
     /// The intersection of what the text leaves on the stack.
     pub solid: Solid,
     /// What the text leaves on the stack: the operands of that intersection, in order.
     pub operands: Vec<Solid>,
-    /// The text, for messages about the solid's spans.
+    /// The texts, for messages about the solid's spans.
     pub sources: Sources,
 }
 
-/// Program text that is at fault.
+/// Text that is at fault.
 #[derive(Clone, Debug, thiserror::Error)]
-#[error("{}", diagnostics.first().map_or("the program is at fault", |first| &first.message))]
+#[error("{}", diagnostics.first().map_or("the text is at fault", |first| &first.message))]
 pub struct Rejected {
     /// What is wrong, in the order of the text; at least one.
     pub diagnostics: Vec<Diagnostic>,
-    /// The text.
+    /// The texts.
     pub sources: Sources,
 }
 
@@ -69,19 +82,100 @@ pub fn parse(
     loader: &mut dyn Loader,
     parameters: &[(String, f64)],
 ) -> Result<Program, Rejected> {
+    program(expand(arguments, loader)?, vocabulary, loader, parameters)
+}
+
+/// The words of a command line, `@file` words replaced by the words of the file.
+///
+/// For those who look for options at the front before they pass the rest to [`program`].
+///
+/// # Errors
+/// [`Rejected`] for files that can't be used.
+pub fn expand(arguments: &[String], loader: &mut dyn Loader) -> Result<Text, Rejected> {
     let mut sources = Sources::new(arguments);
-    let mut faults = names::parameter_faults(parameters, vocabulary);
-    let solid = words::expand(&mut sources, loader).and_then(|words| {
-        if !faults.is_empty() {
-            return Err(std::mem::take(&mut faults));
-        }
-        let items = stack::read(&words, vocabulary, &*loader, parameters)?;
-        let mut graph = Graph::new();
-        let (solid, operands) = lower::run(&items, &mut graph, vocabulary, loader, parameters)?;
-        Ok((graph, solid, operands))
-    });
-    match solid {
-        Ok((graph, solid, operands)) => Ok(Program { graph, solid, operands, sources }),
+    match words::expand(&mut sources, loader) {
+        Ok(words) => Ok(Text { words, sources }),
         Err(diagnostics) => Err(Rejected { diagnostics, sources }),
     }
+}
+
+/// The solid that `text` describes; see [`parse`].
+///
+/// # Errors
+/// [`Rejected`], with every fault found.
+pub fn program(
+    text: Text,
+    vocabulary: &dyn Vocabulary,
+    loader: &mut dyn Loader,
+    parameters: &[(String, f64)],
+) -> Result<Program, Rejected> {
+    let Text { words, sources } = text;
+    let mut graph = Graph::new();
+    let made = names::check_parameters(parameters, vocabulary)
+        .and_then(|()| stack::read(&words, vocabulary, &*loader, parameters))
+        .and_then(|items| {
+            let made = lower::run(&items, &mut graph, vocabulary, loader, parameters)?;
+            Ok((items, made))
+        });
+    match made {
+        Ok((items, (solid, operands))) => Ok(Program { items, graph, solid, operands, sources }),
+        Err(diagnostics) => Err(Rejected { diagnostics, sources }),
+    }
+}
+
+/// The numbers that `text` lists, equations with commas between them: the value of an option.
+///
+/// `what` names the value in messages, such as "the spacing".
+///
+/// # Errors
+/// [`Rejected`] for faults in the equations and for numbers that are not finite.
+pub fn numbers(text: &str, what: &str, parameters: &[(String, f64)]) -> Result<Vec<f64>, Rejected> {
+    let sources = Sources::new(&[text.to_owned()]);
+    let span = sources.all()[0].word(0);
+    let scope = infix::Scope { coordinates: infix::Coordinates::Forbidden(what), parameters };
+    let mut graph = Graph::new();
+    let present: Vec<f64> = parameters.iter().map(|(_, value)| *value).collect();
+    for (name, value) in parameters {
+        graph.parameter(name, *value);
+    }
+    let listed = infix::list(text, span, scope).and_then(|list| {
+        let number = |equation: &Equation| {
+            let node =
+                equation.expression(&mut graph, &mut |graph, name| graph.parameter(name, 0.0));
+            let value = Values::new(&graph, &present).of(node).filter(|value| value.is_finite());
+            value.ok_or_else(|| {
+                let message = format!("{what} must be a finite number");
+                vec![Diagnostic::new(message).at(span, format!("`{equation}` is not"))]
+            })
+        };
+        list.iter().map(number).collect()
+    });
+    listed.map_err(|diagnostics| Rejected { diagnostics, sources })
+}
+
+/// The words of a program that means what `items` say.
+///
+/// Names, arguments and equations come in their plainest form; no `@file` words.
+#[must_use]
+pub fn format(items: &[Item], vocabulary: &dyn Vocabulary) -> Vec<String> {
+    let mut words = Vec::new();
+    for Item { operation, .. } in items {
+        match operation {
+            Operation::Mesh(path) => words.push(path.clone()),
+            Operation::Equation(equation) => words.push(equation.to_string()),
+            Operation::Word { name, values } => {
+                words.push(name.clone());
+                let word = vocabulary.word(name);
+                for (index, value) in values.iter().enumerate() {
+                    let Some(value) = value else { continue };
+                    // Operations take values by position, shapes by name.
+                    if let Some(Word { arguments, action: Action::Shape(_), .. }) = word {
+                        words.extend(arguments.get(index).map(|argument| argument.name.to_owned()));
+                    }
+                    words.push(value.to_string());
+                }
+            }
+        }
+    }
+    words
 }

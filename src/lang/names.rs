@@ -80,12 +80,14 @@ pub fn reserved<'a>() -> impl Iterator<Item = &'a str> {
     values.chain(functions).map(|name: &'static str| -> &'a str { name })
 }
 
-/// What is wrong with the names of `parameters`.
-#[must_use]
-pub fn parameter_faults(
+/// Checks that the names of `parameters` are names and mean nothing else.
+///
+/// # Errors
+/// A diagnostic for each that does not.
+pub fn check_parameters(
     parameters: &[(String, f64)],
     vocabulary: &dyn Vocabulary,
-) -> Vec<Diagnostic> {
+) -> Result<(), Vec<Diagnostic>> {
     let words = vocabulary.spellings().into_iter().filter_map(|word| vocabulary.word(word));
     let argument_names: Vec<&str> =
         words.flat_map(|word| word.arguments).map(|argument| argument.name).collect();
@@ -107,7 +109,7 @@ pub fn parameter_faults(
             faults.push(Diagnostic::new(format!("the parameter `{name}` is given twice")));
         }
     }
-    faults
+    if faults.is_empty() { Ok(()) } else { Err(faults) }
 }
 
 /// The names most like `name` among `known`, best first: at most three, none if all are too far.

@@ -34,6 +34,20 @@ pub enum Place {
     },
 }
 
+impl Source {
+    /// The span of word `index` of the command line.
+    pub(super) fn word(&self, index: usize) -> Span {
+        let Range { start, end } = self.words.get(index).cloned().unwrap_or_default();
+        Span { source: 0, start: offset(start), end: offset(end) }
+    }
+}
+
+/// A position in a source. Positions beyond 4 GiB, which no source reaches that we read, are
+/// pinned there: messages would then point to the wrong place, and nothing else depends on them.
+pub(super) fn offset(position: usize) -> u32 {
+    u32::try_from(position).unwrap_or(u32::MAX)
+}
+
 impl Sources {
     /// The text of the command line with the words `arguments`.
     #[must_use]

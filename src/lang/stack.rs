@@ -32,9 +32,9 @@ pub fn read(
     let mut items = Vec::new();
     let mut sound = true;
     while let Some(word) = reader.advance() {
-        let before = reader.faults.len();
-        items.extend(reader.item(word, sound));
-        sound = reader.faults.len() == before;
+        let item = reader.item(word, sound);
+        sound = item.is_some();
+        items.extend(item);
     }
     if reader.faults.is_empty() { Ok(items) } else { Err(reader.faults) }
 }
@@ -98,7 +98,7 @@ impl<'a> Reader<'a> {
                 (Some(index), _) => {
                     self.advance();
                     if values[index].is_some() {
-                        let message = format!("the {spelling} of `{}` is given twice", word.name);
+                        let message = format!("the `{spelling}` of `{}` is given twice", word.name);
                         self.faults.push(Diagnostic::new(message).at(next.span, "again"));
                         sound = false;
                     }
@@ -141,7 +141,7 @@ impl<'a> Reader<'a> {
 
     /// Reports that `word`, at `token`, lacks `argument`.
     fn lacks(&mut self, word: Word<'_>, argument: &Argument, token: &Token) {
-        let message = format!("`{}` lacks its {}", word.name, argument.name);
+        let message = format!("`{}` lacks its `{}`", word.name, argument.name);
         let mut fault = Diagnostic::new(message).at(token.span, "");
         if let Some(next) = self.peek() {
             fault.labels.extend(
@@ -159,7 +159,7 @@ impl<'a> Reader<'a> {
 
     /// The value of `argument` of `word` that `token` says, or faults.
     fn value(&mut self, word: Word<'_>, argument: &Argument, token: &Token) -> Option<Value> {
-        let what = format!("the {} of `{}`", argument.name, word.name);
+        let what = format!("the `{}` of `{}`", argument.name, word.name);
         let scope =
             Scope { coordinates: Coordinates::Forbidden(&what), parameters: self.parameters };
         let components = match infix::list(&token.text, token.span, scope) {
@@ -194,6 +194,8 @@ impl<'a> Reader<'a> {
     }
 
     /// The equation in x, y and z that `token` says, or faults.
+    ///
+    /// Where the item before was faulty, stray numbers are taken for its consequence: no faults.
     fn equation(&mut self, token: &Token, sound: bool) -> Option<Equation> {
         let scope = Scope { coordinates: Coordinates::Known, parameters: self.parameters };
         let fault = |message: String| Diagnostic::new(message).at(token.span, "");
@@ -204,19 +206,13 @@ impl<'a> Reader<'a> {
                     return Some(equation);
                 }
                 let message = format!("`{}` is a number where a shape is expected", token.text);
-                // After a fault, a stray number is most likely its consequence.
-                if sound {
-                    let fault = fault(message).cure(self.advice_on_numbers());
-                    self.faults.push(fault);
-                }
+                self.faults.extend(sound.then(|| fault(message).cure(self.advice_on_numbers())));
             }
             Ok(_) => {
-                let message =
-                    format!("`{}` is a list of numbers where a shape is expected", token.text);
-                if sound {
-                    self.faults.push(fault(message).cure(self.advice_on_numbers()));
-                }
+                let message = format!("`{}` is a list where a shape is expected", token.text);
+                self.faults.extend(sound.then(|| fault(message).cure(self.advice_on_numbers())));
             }
+            Err(_) if !sound && is_numeric(&token.text) => {}
             Err(faults) => match self.unknown_word(token) {
                 Some(fault) => self.faults.push(fault),
                 None => self.faults.extend(faults),
@@ -255,22 +251,17 @@ impl<'a> Reader<'a> {
                     .cure("write options before the first shape")
             });
         }
-        let is_identifier = text.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
-        let spellings = self.vocabulary.spellings();
-        let arguments = self.last.map_or(&[][..], |word| word.arguments);
-        let equation_names = names::reserved().filter(|_| is_identifier);
-        let parameters = self.parameters.iter().map(|(name, _)| name.as_str());
-        let known = spellings
-            .into_iter()
-            .chain(arguments.iter().map(|argument| argument.name))
-            .chain(equation_names)
-            .chain(parameters.filter(|_| is_identifier));
         if names::reserved().any(|name| name == text) {
             return None;
         }
-        let near = names::nearest(text, known);
-        if let Some(cure) = names::suggestion(&near) {
-            return Some(fault(format!("unknown word `{text}`")).cure(cure));
+        let is_identifier = text.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
+        let is_word = text.starts_with(|c: char| c.is_ascii_alphabetic())
+            && text.chars().all(|c| c.is_ascii_alphanumeric() || "_-'".contains(c));
+        if is_word {
+            let near = names::nearest(text, self.names(is_identifier));
+            if let Some(cure) = names::suggestion(&near) {
+                return Some(fault(format!("unknown word `{text}`")).cure(cure));
+            }
         }
         if let Some((_, extension)) = text.rsplit_once('.') {
             let is_extension = extension.starts_with(|c: char| c.is_ascii_alphabetic())
@@ -280,15 +271,31 @@ impl<'a> Reader<'a> {
                 return Some(fault(message).cure(format!("no mesh format ends in `.{extension}`")));
             }
         }
-        let is_word = text.starts_with(|c: char| c.is_ascii_alphabetic())
-            && text.chars().all(|c| c.is_ascii_alphanumeric() || matches!(c, '_' | '-'))
-            && text.split('-').all(|part| names::reserved().all(|name| name != part))
-            && !text.chars().all(|c| "xyz".contains(c));
-        is_word.then(|| {
+        let is_equation = text.split('-').any(|part| names::reserved().any(|name| name == part))
+            || text.chars().all(|c| "xyz".contains(c));
+        (is_word && !is_equation).then(|| {
             fault(format!("unknown word `{text}`")).cure(
                 "it is not a shape, an operation, a mesh file or an equation; \
-                       `alveole list` shows every word",
+                 `alveole list` shows every word",
             )
         })
     }
+
+    /// What a word could have been meant for; `all` includes the names that equations know.
+    fn names(&self, all: bool) -> Vec<&str> {
+        let mut known = self.vocabulary.spellings();
+        if let Some(last) = self.last {
+            known.extend(last.arguments.iter().map(|argument| argument.name));
+        }
+        if all {
+            known.extend(names::reserved());
+            known.extend(self.parameters.iter().map(|(name, _)| name.as_str()));
+        }
+        known
+    }
+}
+
+/// Whether `text` begins like a number or a list of numbers.
+fn is_numeric(text: &str) -> bool {
+    text.starts_with(|c: char| c.is_ascii_digit() || "+-.,".contains(c))
 }

@@ -267,34 +267,6 @@ impl fmt::Display for Value {
     }
 }
 
-/// The words of `items`, one program for one program.
-///
-/// `argument_name` gives the name of an argument of a word, for shapes; arguments of operations
-/// stand by position, since all of them are required.
-#[must_use]
-pub fn format(
-    items: &[Item],
-    argument_name: &dyn Fn(&str, usize) -> Option<String>,
-) -> Vec<String> {
-    let mut words = Vec::new();
-    for item in items {
-        match &item.operation {
-            Operation::Mesh(path) => words.push(path.clone()),
-            Operation::Equation(equation) => words.push(equation.to_string()),
-            Operation::Word { name, values } => {
-                words.push(name.clone());
-                for (index, value) in values.iter().enumerate() {
-                    if let Some(value) = value {
-                        words.extend(argument_name(name, index));
-                        words.push(value.to_string());
-                    }
-                }
-            }
-        }
-    }
-    words
-}
-
 const _: () = {
     // The table is indexed by the operators' own numbers.
     let mut i = 0;

@@ -6,6 +6,7 @@
 //!
 //! Source: the Cesogen paper has `@file` without quotes, comments or nesting; those are ours.
 
+use super::source::offset;
 use super::{Diagnostic, Loader, Rejected, Sources, Span};
 
 /// Files within files, at most.
@@ -37,9 +38,9 @@ pub fn expand(
     loader: &mut dyn Loader,
 ) -> Result<Vec<Token>, Vec<Diagnostic>> {
     let command_line = &sources.all()[0];
-    let arguments = command_line.words.iter().map(|range| Token {
+    let arguments = command_line.words.iter().enumerate().map(|(index, range)| Token {
         text: command_line.text[range.clone()].to_owned(),
-        span: Span { source: 0, start: offset(range.start), end: offset(range.end) },
+        span: command_line.word(index),
     });
     let mut open = vec![Open { name: None, rest: arguments.rev().collect() }];
     let (mut words, mut faults, mut size) = (Vec::new(), Vec::new(), 0);
@@ -143,7 +144,41 @@ fn split(text: &str, source: u32) -> Result<Vec<Token>, Diagnostic> {
     Ok(words)
 }
 
-/// A position in a source; sources are limited to sizes that fit.
-fn offset(position: usize) -> u32 {
-    u32::try_from(position).unwrap_or(u32::MAX)
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn check(text: &str, expected: &[&str]) {
+        let words = split(text, 0).unwrap();
+        let found: Vec<_> = words.iter().rev().map(|word| word.text.as_str()).collect();
+        assert_eq!(found, expected, "{text}");
+        for word in &words {
+            assert_eq!(text[word.span.start as usize..word.span.end as usize], word.text);
+        }
+    }
+
+    #[test]
+    fn files_split_at_blanks_outside_quotes() {
+        check("", &[]);
+        check(" box\n\tsphere ", &["box", "sphere"]);
+        check("'x + y' \"z\"", &["x + y", "z"]);
+        check("'a\nb'", &["a\nb"]);
+        check("'' box", &["", "box"]);
+        check("'a''b'", &["a", "b"]);
+        check("g' d'", &["g'", "d'"]);
+        check("\u{feff}box", &["box"]);
+        check("π\u{a0}ξ", &["π", "ξ"]);
+    }
+
+    #[test]
+    fn comments_begin_with_a_word() {
+        check("box # sphere 'not open\ncone", &["box", "cone"]);
+        check("#all", &[]);
+        check("a#b '#c'", &["a#b", "#c"]);
+    }
+
+    #[test]
+    fn an_open_quote_is_a_fault() {
+        assert_eq!(split("box 'x", 0).unwrap_err().message, "a quote is not closed");
+    }
 }

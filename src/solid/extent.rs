@@ -238,7 +238,8 @@ impl Extent {
         self.bounds = Aabb::new(DVec3::select(mirrored, hi, lo), DVec3::select(mirrored, lo, hi));
         self.growth *= factor.abs() / factor.abs().min_element();
         self.period = self.period.map(|period| period * factor.abs());
-        self.said(span, &by)
+        // A factor of zero is as bad as an infinite one: the field divides by it.
+        self.said(span, &by).said(span, &by.map(f64::recip))
     }
 
     fn rotated(self, rows: [[NodeId; 3]; 3], span: Span, values: &mut Values<'_>) -> Self {
@@ -343,4 +344,68 @@ fn permuted(period: DVec3, rows: [[f64; 3]; 3]) -> Option<DVec3> {
         turned[axis] = period[source];
     }
     Some(turned)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::solid::primitives::{cube, sphere};
+    use std::f64::consts::FRAC_PI_4;
+
+    #[test]
+    fn a_turned_box_lies_in_a_larger_one() {
+        let mut graph = Graph::new();
+        let [zero, one, angle] = [0.0, 1.0, FRAC_PI_4].map(|v| graph.constant(v));
+        let turned = cube(&mut graph).rotate(&mut graph, angle, [zero, zero, one]);
+        let extent = turned.extent(&graph, &[]);
+        let root = 2.0_f64.sqrt();
+        for axis in [0, 1] {
+            assert!(extent.bounds.hi[axis] >= root && extent.bounds.hi[axis] < root + 1e-14);
+            assert!((extent.growth[axis] - root).abs() < 1e-15);
+        }
+        assert_eq!(extent.bounds.hi.z, 1.0);
+        assert_eq!(extent.period, None);
+    }
+
+    #[test]
+    fn operands_that_a_dilation_brings_together_are_kept() {
+        let mut graph = Graph::new();
+        let [zero, two, three] = [0.0, 2.0, 3.0].map(|v| graph.constant(v));
+        let (a, b) = (cube(&mut graph), cube(&mut graph));
+        let b = b.translate(&mut graph, [three, zero, zero]);
+        let apart = a.intersection(&mut graph, b);
+        assert!(apart.bounds(&graph, &[]).is_empty());
+        assert!(matches!(
+            apart.finite_bounds(&graph, &[]),
+            Err(BoundsFault::Empty { apart: Some(_), .. })
+        ));
+        let together = apart.dilate(&mut graph, two);
+        let bounds = together.finite_bounds(&graph, &[]).unwrap();
+        assert_eq!((bounds.lo.x, bounds.hi.x), (0.0, 3.0));
+    }
+
+    #[test]
+    fn numbers_that_a_parameter_spoils_are_reported() {
+        let mut graph = Graph::new();
+        let t = graph.parameter("t", 1.0);
+        let solid = sphere(&mut graph).scale(&mut graph, [t; 3]);
+        assert!(solid.finite_bounds(&graph, &[2.0]).is_ok());
+        for t in [f64::NAN, f64::INFINITY, 0.0] {
+            let fault = solid.finite_bounds(&graph, &[t]).unwrap_err();
+            assert!(matches!(fault, BoundsFault::Undefined { .. }), "{t}: {fault}");
+        }
+    }
+
+    #[test]
+    fn periods_scale_and_permute() {
+        let mut graph = Graph::new();
+        let zero = graph.constant(0.0);
+        let solid = Solid::periodic(&mut graph, zero, 1.0);
+        let factor = [2.0, -3.0, 4.0].map(|v| graph.constant(v));
+        let [one, quarter] = [1.0, 2.0 * FRAC_PI_4].map(|v| graph.constant(v));
+        let scaled = solid.scale(&mut graph, factor);
+        assert_eq!(scaled.extent(&graph, &[]).period, Some(DVec3::new(2.0, 3.0, 4.0)));
+        let turned = scaled.rotate(&mut graph, quarter, [one, zero, zero]);
+        assert_eq!(turned.extent(&graph, &[]).period, Some(DVec3::new(2.0, 4.0, 3.0)));
+    }
 }

@@ -13,10 +13,10 @@ use crate::expr::graph::operands;
 use crate::expr::{Binary, Graph, Node, NodeId, Unary};
 use rustc_hash::FxHashMap;
 
-/// Entries of a rotation matrix below this are rounding errors of zero.
+/// Entries of a rotation matrix as near as this to -1, 0 or 1 are rounding errors of them.
 ///
 /// pi/2 is no binary number, so the cosine of a quarter turn comes out as 6e-17. Without this, a
-/// box turned by it would have slanted faces and depend on all three axes.
+/// box turned by it would have slanted faces, and its field would depend on all three axes.
 const NEGLIGIBLE: f64 = 4.0 * f64::EPSILON;
 
 impl Solid {
@@ -127,25 +127,46 @@ fn rotation(graph: &mut Graph, angle: NodeId, axis: [NodeId; 3]) -> [[NodeId; 3]
     let one = graph.constant(1.0);
     let versine = graph.sub(one, cosine);
     let v = [x, y, z];
+    // Products with a component that is the constant zero are left out: a turn about z by a
+    // parameter must not bring z into the other coordinates.
+    let is_zero = |graph: &Graph, id: NodeId| graph.as_constant(id) == Some(0.0);
     let mut entry = |i: usize, j: usize| {
-        let square = graph.mul(v[i], v[j]);
-        let a = graph.mul(square, versine);
-        let (op, b) = match (i, j) {
-            (0, 0) | (1, 1) | (2, 2) => (Binary::Add, cosine),
-            (1, 0) => (Binary::Add, graph.mul(z, sine)),
-            (0, 1) => (Binary::Sub, graph.mul(z, sine)),
-            (0, 2) => (Binary::Add, graph.mul(y, sine)),
-            (2, 0) => (Binary::Sub, graph.mul(y, sine)),
-            (2, 1) => (Binary::Add, graph.mul(x, sine)),
-            _ => (Binary::Sub, graph.mul(x, sine)),
+        let a = if is_zero(graph, v[i]) || is_zero(graph, v[j]) {
+            graph.constant(0.0)
+        } else {
+            let square = graph.mul(v[i], v[j]);
+            graph.mul(square, versine)
         };
-        let sum = graph.binary(op, a, b);
-        match graph.as_constant(sum) {
-            Some(value) if value.abs() < NEGLIGIBLE => graph.constant(0.0),
-            _ => sum,
+        if i == j {
+            let sum = plus(graph, a, Binary::Add, cosine);
+            return rounded(graph, sum);
         }
+        // B of equation 8: in row i and column j the third axis, with the sign of the cycle.
+        let third = v[3 - i - j];
+        let op = if (i + 1) % 3 == j { Binary::Sub } else { Binary::Add };
+        let b = if is_zero(graph, third) { third } else { graph.mul(third, sine) };
+        let sum = plus(graph, a, op, b);
+        rounded(graph, sum)
     };
     std::array::from_fn(|i| std::array::from_fn(|j| entry(i, j)))
+}
+
+/// `a` plus or minus `b`, without the one that is the constant zero.
+fn plus(graph: &mut Graph, a: NodeId, op: Binary, b: NodeId) -> NodeId {
+    match (graph.as_constant(a), graph.as_constant(b)) {
+        (Some(0.0), _) if op == Binary::Add => b,
+        (Some(0.0), _) => graph.neg(b),
+        (_, Some(0.0)) => a,
+        _ => graph.binary(op, a, b),
+    }
+}
+
+/// A constant entry of a rotation matrix, made -1, 0 or 1 if it is so but for rounding.
+fn rounded(graph: &mut Graph, entry: NodeId) -> NodeId {
+    match graph.as_constant(entry) {
+        Some(value) if (value - value.round()).abs() < NEGLIGIBLE => graph.constant(value.round()),
+        _ => entry,
+    }
 }
 
 /// `v` divided by its length; by its greatest component first, so that no square overflows.
@@ -173,4 +194,121 @@ fn dot(graph: &mut Graph, row: [NodeId; 3], point: [NodeId; 3]) -> NodeId {
         sum = Some(sum.map_or(term, |sum| graph.add(sum, term)));
     }
     sum.unwrap_or_else(|| graph.constant(0.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::solid::primitives::{cube, sphere};
+    use crate::solid::walk::value;
+    use std::f64::consts::{FRAC_PI_2, FRAC_PI_6};
+
+    fn constants(graph: &mut Graph, values: [f64; 3]) -> [NodeId; 3] {
+        values.map(|value| graph.constant(value))
+    }
+
+    /// A small ball at (1, 0, 0), turned.
+    fn turned_ball(graph: &mut Graph, angle: f64, axis: [f64; 3]) -> Solid {
+        let small = graph.constant(0.25);
+        let offset = constants(graph, [1.0, 0.0, 0.0]);
+        let ball = sphere(graph).scale(graph, [small; 3]).translate(graph, offset);
+        let (angle, axis) = (graph.constant(angle), constants(graph, axis));
+        ball.rotate(graph, angle, axis)
+    }
+
+    #[test]
+    fn a_quarter_turn_about_z_carries_x_to_minus_y() {
+        let mut graph = Graph::new();
+        let solid = turned_ball(&mut graph, FRAC_PI_2, [0.0, 0.0, 7.0]);
+        assert_eq!(value(&graph, solid.field, [0.0, -1.0, 0.0]), -0.25);
+        let bounds = solid.bounds(&graph, &[]);
+        assert_eq!(bounds.lo.to_array(), [-0.25, -1.25, -0.25]);
+        assert_eq!(bounds.hi.to_array(), [0.25, -0.75, 0.25]);
+    }
+
+    #[test]
+    fn rotation_follows_equation_8() {
+        // M of the paper for a unit axis, written out independently of the entries above.
+        let (angle, axis) = (FRAC_PI_6, [2.0 / 3.0, -1.0 / 3.0, 2.0 / 3.0]);
+        let (s, c) = angle.sin_cos();
+        let [v1, v2, v3] = axis;
+        let b = [[c, -v3 * s, v2 * s], [v3 * s, c, -v1 * s], [-v2 * s, v1 * s, c]];
+        let point = [0.3, -0.8, 1.1];
+        let mut pulled = [0.0; 3];
+        for i in 0..3 {
+            for j in 0..3 {
+                pulled[i] += (axis[i] * axis[j] * (1.0 - c) + b[i][j]) * point[j];
+            }
+        }
+        let mut graph = Graph::new();
+        let shape = cube(&mut graph);
+        let expected = value(&graph, shape.field, pulled);
+        let (angle, axis) = (graph.constant(angle), constants(&mut graph, [4.0, -2.0, 4.0]));
+        let turned = shape.rotate(&mut graph, angle, axis);
+        let found = value(&graph, turned.field, point);
+        assert!((found - expected).abs() < 1e-14, "{found} is not {expected}");
+    }
+
+    #[test]
+    fn a_turned_box_keeps_flat_faces_and_a_turn_about_z_leaves_z_alone() {
+        let mut graph = Graph::new();
+        let axis = constants(&mut graph, [0.0, 0.0, 1.0]);
+        let angle = graph.constant(FRAC_PI_2);
+        let turned = cube(&mut graph).rotate(&mut graph, angle, axis);
+        for x in [-0.9, 0.1, 0.7] {
+            assert_eq!(value(&graph, turned.field, [x, 1.0, 0.0]), 0.0);
+        }
+        let t = graph.parameter("t", 0.5);
+        let rows = rotation(&mut graph, t, axis);
+        let point = graph.point();
+        let z = dot(&mut graph, rows[2], point);
+        let mut values = crate::solid::Values::new(&graph, &[0.5]);
+        assert!((values.of(rows[2][2]).unwrap() - 1.0).abs() < 1e-15);
+        assert_eq!((values.of(rows[2][0]), values.of(rows[0][2])), (Some(0.0), Some(0.0)));
+        let reached = |axis: crate::geom::Axis| {
+            let mut pending = vec![z];
+            let mut found = false;
+            while let Some(id) = pending.pop() {
+                found |= graph.node(id) == Node::Coordinate(axis);
+                pending.extend(operands(&graph.node(id)).iter());
+            }
+            found
+        };
+        assert!(!reached(crate::geom::Axis::X) && !reached(crate::geom::Axis::Y));
+    }
+
+    #[test]
+    fn scaling_multiplies_levels_by_the_least_factor() {
+        let mut graph = Graph::new();
+        let factor = constants(&mut graph, [2.0, -3.0, 4.0]);
+        let solid = sphere(&mut graph).scale(&mut graph, factor);
+        assert_eq!(value(&graph, solid.field, [0.0, 0.0, 8.0]), 2.0);
+        assert_eq!(value(&graph, solid.field, [0.0, 3.0, 0.0]), 0.0);
+        let extent = solid.extent(&graph, &[]);
+        assert_eq!(extent.bounds.hi.to_array(), [2.0, 3.0, 4.0]);
+        assert_eq!(extent.growth.to_array(), [1.0, 1.5, 2.0]);
+        assert_eq!(extent.lipschitz, 1.0);
+    }
+
+    #[test]
+    fn walls_move_with_their_solid() {
+        let mut graph = Graph::new();
+        let (thick, two) = (graph.constant(0.5), graph.constant(2.0));
+        let offset = constants(&mut graph, [5.0, 0.0, 0.0]);
+        let solid = sphere(&mut graph).shell(&mut graph, thick);
+        let solid = solid.scale(&mut graph, [two; 3]).translate(&mut graph, offset);
+        let [wall] = solid.walls[..] else { panic!("one wall, not {}", solid.walls.len()) };
+        assert_eq!(graph.as_constant(wall.half_thickness), Some(0.5));
+        assert_eq!(value(&graph, wall.field, [7.0, 0.0, 0.0]), 0.0);
+        assert_eq!(value(&graph, solid.field, [7.0, 0.0, 0.0]), -0.5);
+    }
+
+    #[test]
+    fn substitution_is_not_stopped_by_depth() {
+        let mut graph = Graph::new();
+        let [x, y, z] = graph.point();
+        let deep = (0..100_000).fold(x, |sum, _| graph.add(sum, y));
+        let moved = substitute(&mut graph, deep, [z, x, y]);
+        assert_eq!(value(&graph, moved, [0.5, 0.0, 1.0]), 50_001.0);
+    }
 }

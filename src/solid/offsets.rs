@@ -39,3 +39,53 @@ impl Solid {
         self
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::solid::primitives::{cube, cylinder};
+    use crate::solid::walk::value;
+
+    #[test]
+    fn offsets_move_the_level() {
+        let mut graph = Graph::new();
+        let half = graph.constant(0.5);
+        let shape = cube(&mut graph);
+        let at = |graph: &Graph, solid: &Solid| {
+            [0.0, 1.0, 3.0].map(|x| value(graph, solid.field, [x, 0.0, 0.0]))
+        };
+        let wide = shape.clone().dilate(&mut graph, half);
+        let narrow = shape.clone().erode(&mut graph, half);
+        let wall = shape.clone().shell(&mut graph, half);
+        assert_eq!(at(&graph, &wide), [-1.5, -0.5, 1.5]);
+        assert_eq!(at(&graph, &narrow), [-0.5, 0.5, 2.5]);
+        assert_eq!(at(&graph, &wall), [0.75, -0.25, 1.75]);
+        assert_eq!(wall.walls.len(), 1);
+        assert_eq!(wall.walls[0].field, shape.field);
+    }
+
+    #[test]
+    fn boxes_grow_and_do_not_shrink() {
+        let mut graph = Graph::new();
+        let (half, minus) = (graph.constant(0.5), graph.constant(-0.5));
+        let shape = cube(&mut graph);
+        let mut reach = |make: &dyn Fn(&mut Graph, Solid) -> Solid| {
+            let solid = make(&mut graph, shape.clone());
+            solid.bounds(&graph, &[]).hi.x
+        };
+        assert_eq!(reach(&|graph, a| a.dilate(graph, half)), 1.5);
+        assert_eq!(reach(&|graph, a| a.dilate(graph, minus)), 1.0);
+        assert_eq!(reach(&|graph, a| a.erode(graph, half)), 1.0);
+        assert_eq!(reach(&|graph, a| a.erode(graph, minus)), 1.5);
+        assert_eq!(reach(&|graph, a| a.shell(graph, half)), 1.25);
+    }
+
+    #[test]
+    fn a_shell_of_the_unbounded_is_unbounded() {
+        let mut graph = Graph::new();
+        let half = graph.constant(0.5);
+        let wall = cylinder(&mut graph).shell(&mut graph, half);
+        let bounds = wall.bounds(&graph, &[]);
+        assert_eq!((bounds.hi.x, bounds.hi.z), (1.25, f64::INFINITY));
+    }
+}

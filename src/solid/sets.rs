@@ -64,3 +64,80 @@ impl Solid {
         self
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::solid::primitives::{cube, cylinder, sphere};
+    use crate::solid::walk::value;
+
+    fn moved(graph: &mut Graph, solid: Solid, x: f64) -> Solid {
+        let [x, zero] = [x, 0.0].map(|v| graph.constant(v));
+        solid.translate(graph, [x, zero, zero])
+    }
+
+    #[test]
+    fn sets_are_extrema_in_the_order_of_their_operands() {
+        let mut graph = Graph::new();
+        let (a, b) = (cube(&mut graph), sphere(&mut graph));
+        let b = moved(&mut graph, b, 1.0);
+        let at = |graph: &Graph, solid: &Solid, x: f64| value(graph, solid.field, [x, 0.0, 0.0]);
+        let union = a.clone().union(&mut graph, b.clone());
+        let both = a.clone().intersection(&mut graph, b.clone());
+        let rest = a.clone().difference(&mut graph, b.clone());
+        let out = a.clone().complement(&mut graph);
+        assert_eq!([-0.5, 0.5, 1.5].map(|x| at(&graph, &union, x)), [-0.5, -0.5, -0.5]);
+        assert_eq!([-0.5, 0.5, 1.5].map(|x| at(&graph, &both, x)), [0.5, -0.5, 0.5]);
+        assert_eq!([-0.5, 0.5, 1.5].map(|x| at(&graph, &rest, x)), [-0.5, 0.5, 0.5]);
+        assert_eq!([-0.5, 0.5, 1.5].map(|x| at(&graph, &out, x)), [0.5, 0.5, -0.5]);
+        assert_eq!(union.field, graph.min(a.field, b.field));
+        assert_eq!(both.field, graph.max(a.field, b.field));
+    }
+
+    #[test]
+    fn growth_of_an_intersection_is_that_of_the_bounded_operand() {
+        let mut graph = Graph::new();
+        let factor = [4.0, 1.0, 1.0].map(|v| graph.constant(v));
+        let long = cylinder(&mut graph).scale(&mut graph, factor);
+        let both = long.intersection_with_cube(&mut graph);
+        // Along x both have ends, along z only the cube.
+        assert_eq!(both.extent(&graph, &[]).growth.to_array(), [4.0, 1.0, 1.0]);
+    }
+
+    impl Solid {
+        fn intersection_with_cube(self, graph: &mut Graph) -> Self {
+            let other = cube(graph);
+            self.intersection(graph, other)
+        }
+    }
+
+    #[test]
+    fn either_operand_may_have_the_longer_list_of_steps() {
+        let mut graph = Graph::new();
+        let small = cube(&mut graph);
+        let large = sphere(&mut graph);
+        let large = moved(&mut graph, large, 3.0);
+        for (a, b) in [(&small, &large), (&large, &small)] {
+            let rest = a.clone().difference(&mut graph, b.clone());
+            assert_eq!(rest.bounds(&graph, &[]), a.bounds(&graph, &[]));
+        }
+    }
+
+    #[test]
+    fn ten_thousand_parts_are_joined_quickly_in_any_order() {
+        let mut graph = Graph::new();
+        let parts: Vec<Solid> = (0..10_000)
+            .map(|i| {
+                let part = cube(&mut graph);
+                moved(&mut graph, part, f64::from(i))
+            })
+            .collect();
+        let left = parts.iter().cloned().reduce(|all, part| all.union(&mut graph, part)).unwrap();
+        let right =
+            parts.into_iter().rev().reduce(|all, part| part.union(&mut graph, all)).unwrap();
+        for solid in [left, right] {
+            let bounds = solid.bounds(&graph, &[]);
+            assert_eq!((bounds.lo.x, bounds.hi.x), (-1.0, 10_000.0));
+        }
+    }
+}

@@ -168,3 +168,128 @@ pub fn value(graph: &Graph, root: NodeId, point: [f64; 3]) -> f64 {
     }
     values[root.index()]
 }
+
+/// A small generator of random numbers, programs and equations.
+pub struct Random(u64);
+
+impl Random {
+    /// The generator that `seed` begins.
+    pub fn new(seed: u64) -> Self {
+        Self(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ 0x1234_5678_9abc_def1)
+    }
+
+    /// A number below `limit`.
+    pub fn below(&mut self, limit: usize) -> usize {
+        // xorshift64*: Vigna, "An experimental exploration of Marsaglia's xorshift generators".
+        self.0 ^= self.0 >> 12;
+        self.0 ^= self.0 << 25;
+        self.0 ^= self.0 >> 27;
+        (self.0.wrapping_mul(0x2545_f491_4f6c_dd1d) >> 33) as usize % limit
+    }
+
+    /// A number from `lo` to `hi`.
+    pub fn between(&mut self, lo: f64, hi: f64) -> f64 {
+        lo + (hi - lo) * self.below(1 << 30) as f64 / f64::from(1 << 30)
+    }
+
+    /// A point of the cube of half width `half`.
+    pub fn point(&mut self, half: f64) -> DVec3 {
+        DVec3::from_array(std::array::from_fn(|_| self.between(-half, half)))
+    }
+
+    /// An equation with at most `size` operators, with or without coordinates.
+    pub fn equation(&mut self, size: usize, coordinates: bool) -> String {
+        if size == 0 {
+            let known = ["x", "y", "z", "1", "0.25", "3e-2", "pi", "tau", "e", "t", "radius_2"];
+            let from = if coordinates { 0 } else { 3 };
+            return known[from + self.below(known.len() - from)].to_owned();
+        }
+        let left = self.below(size);
+        let a = self.equation(left, coordinates);
+        let b = self.equation(size - 1 - left, coordinates);
+        match self.below(9) {
+            0 => format!("({a})+({b})"),
+            1 => format!("{a}-{b}"),
+            2 => format!("({a})*{b}"),
+            3 => format!("{a}/({b})"),
+            4 => format!("({a})^({b})"),
+            5 => format!("{a} ** -{b}"),
+            6 => format!("-({a}+{b})"),
+            7 => format!("sin({a})-cos(-{b})"),
+            _ => format!("atan2({a}, hypot({b}, min(1, {a})))"),
+        }
+    }
+
+    /// Words of a program.
+    pub fn program(&mut self) -> Vec<String> {
+        let shapes = ["box", "GYROID", "q*", "torus", "mesh1.ply", "split_p", "capsule"];
+        let mut words = Vec::new();
+        let mut depth = 0;
+        for _ in 0..1 + self.below(8) {
+            match self.below(4) {
+                0 => {
+                    let size = self.below(6);
+                    words.push(format!("x+{}", self.equation(size, true)));
+                    depth += 1;
+                }
+                1 => {
+                    words.push(shapes[self.below(shapes.len())].to_owned());
+                    if words.last().is_some_and(|word| word == "torus") && self.below(2) == 0 {
+                        words.extend(["minor".to_owned(), "t / 2".to_owned()]);
+                    }
+                    depth += 1;
+                }
+                2 if depth >= 2 => {
+                    let joins = ["union", "intersection", "Difference"];
+                    words.push(joins[self.below(3)].to_owned());
+                    depth -= 1;
+                }
+                3 if depth >= 1 => self.operation(&mut words),
+                _ => {}
+            }
+        }
+        words.push("box".to_owned());
+        words
+    }
+
+    fn operation(&mut self, words: &mut Vec<String>) {
+        // A square plus one is positive, whatever the equation's value, if it has one: keep to
+        // operations that are defined for every finite number.
+        let mut number = || format!("{:.3}", self.between(0.1, 2.0));
+        let said = match (number(), number(), number()) {
+            (a, b, c) if a < b => format!("translate {a},-{b},{c}*t"),
+            (a, b, c) if b < c => format!("rotate axis {a},{b},-{c} angle {b}*pi"),
+            (a, b, c) if a < c => format!("scale factor {a},{b},-{c}"),
+            (a, ..) => format!("dilate -{a}"),
+        };
+        words.extend(said.split(' ').map(str::to_owned));
+    }
+
+    /// Words of a program whose solid is bounded and whose shapes are distances or bounds.
+    pub fn bounded_program(&mut self) -> Vec<String> {
+        let shapes =
+            ["box", "sphere", "torus", "cone", "capsule", "ellipsoid", "octahedron", "rounded-box"];
+        let mut words = vec![shapes[self.below(shapes.len())].to_owned()];
+        for _ in 0..self.below(7) {
+            let mut number = |lo: f64, hi: f64| format!("{:.3}", self.between(lo, hi));
+            let (a, b, c) = (number(-1.0, 1.0), number(-1.0, 1.0), number(-1.0, 1.0));
+            let (p, q, r) = (number(0.4, 1.4), number(0.4, 1.4), number(0.4, 1.4));
+            let other = shapes[self.below(shapes.len())];
+            let said = match self.below(9) {
+                0 => format!("translate {a},{b},{c}"),
+                1 => format!("scale {p},-{q},{r}"),
+                2 => format!("rotate {a}*pi {p},{q},{c}"),
+                3 => format!("dilate {p}/4"),
+                4 => format!("erode {p}/8"),
+                5 => format!("shell {p}/4"),
+                6 => format!("{other} translate {a},{b},{c} union"),
+                7 => format!("{other} translate {a},{b},{c} difference"),
+                _ => format!(
+                    "{other} scale 1.4 cylinder rotate {a}*pi {p},{b},{r} intersection intersection"
+                ),
+            };
+            words.extend(said.split(' ').map(str::to_owned));
+        }
+        words
+    }
+}
