@@ -170,7 +170,16 @@ pub fn random<M: Make>(
         let (a, b) = (operand(source, graph), operand(source, graph));
         let node = match source.below(8) {
             0..3 => M::unary(graph, source.of(&Unary::ALL), a),
-            3..7 => M::binary(graph, source.of(&Binary::ALL), a, b),
+            3..7 => {
+                let op = source.of(&Binary::ALL);
+                // An exponent that folds to a whole number makes a product: leaves are as they are.
+                let b = match (op, source.below(2)) {
+                    (Binary::Pow, 0) => graph.constant(source.of(constants)),
+                    (Binary::Pow, _) => pool[source.below(5)],
+                    _ => b,
+                };
+                M::binary(graph, op, a, b)
+            }
             _ => {
                 let (c, d) = (operand(source, graph), operand(source, graph));
                 M::pick(graph, source.of(&[Extremum::Min, Extremum::Max]), [a, b, c, d])

@@ -190,6 +190,16 @@ fn powers_enclose_what_is_computed() {
 }
 
 #[test]
+fn powers_of_either_zero_are_enclosed() {
+    for lo in [0.0, -0.0] {
+        let range = Interval { lo, hi: 0.75, nan: false }.pow(Interval::new(-1.0, 0.5));
+        for base in [0.0, -0.0] {
+            assert!([-1.0, -0.9, 0.5].iter().all(|&n| range.contains(libm::pow(base, n))));
+        }
+    }
+}
+
+#[test]
 fn a_choice_encloses_what_is_chosen() {
     let mut source = Source(5);
     for _ in 0..20_000 {

@@ -210,8 +210,10 @@ impl Interval {
             return self.positive_power(exponent).or_nan(nan);
         }
         if self.lo == 0.0 {
-            // Negative zero is a base too: its odd negative powers are minus infinity.
-            let mut result = self.positive_power(exponent).or_nan(nan);
+            // Adding zero makes both ends positive: the powers of 0.0 are infinite or zero. Those
+            // of -0.0 are, too, but odd negative ones are minus infinity.
+            let positive = Self { lo: 0.0, hi: self.hi + 0.0, nan };
+            let mut result = positive.positive_power(exponent).or_nan(nan);
             if exponent.lo <= -1.0 {
                 result.lo = f64::NEG_INFINITY;
             }
