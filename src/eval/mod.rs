@@ -4,6 +4,7 @@
 //! rendering see nothing else. Two engines implement it, the interpreter and the compiler, and
 //! return the same bits.
 
+pub mod balance;
 pub mod enclosure;
 pub mod interpret;
 pub mod leaves;

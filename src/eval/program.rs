@@ -4,6 +4,7 @@
 //! parameters. Binding it makes the tables of a grid; the [`Bound`] program answers the queries of
 //! [`Sampler`], from as many threads as ask, each with a workspace of its own.
 
+use super::balance::balance;
 use super::interpret::{BoxProgram, BoxWorkspace, BrickProgram, BrickWorkspace};
 use super::interpret::{LineProgram, LineWorkspace, UniformRanges};
 use super::leaves::{LeafValues, Leaves};
@@ -69,12 +70,13 @@ impl Program {
                 return Err(ProgramError::NoCompiler { cause: "it is not built in".to_owned() });
             }
         }
-        let source = Tape::new(graph, &[root]);
+        let (graph, root) = balance(graph, root);
+        let source = Tape::new(&graph, &[root]);
         let bits = Bits::number(&source);
-        let mut lowered = lower(graph, root);
+        let mut lowered = lower(&graph, root);
         let boxes = Schedule::boxes(&source, &bits);
         let box_leaves = Leaves::of_boxes(&boxes);
-        let boxes = BoxProgram::new(&boxes, &box_leaves, graph, &lowered);
+        let boxes = BoxProgram::new(&boxes, &box_leaves, &graph, &lowered);
         let slopes = Axis::ALL.map(|axis| derive::partial(&mut lowered.graph, lowered.root, axis));
         let lowered_bits = bits.through(|id| lowered.image(id));
         let tape = Tape::new(&lowered.graph, &[lowered.root]);
