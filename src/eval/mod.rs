@@ -5,8 +5,10 @@
 //! return the same bits.
 
 pub mod interpret;
+pub mod jit;
 pub mod leaves;
 pub mod lower;
+mod machine;
 pub mod program;
 pub mod regions;
 pub mod sampler;

@@ -4,9 +4,10 @@
 //! parameters. Binding it makes the tables of a grid; the [`Bound`] program answers the queries of
 //! [`Sampler`], from as many threads as ask, each with a workspace of its own.
 
-use super::interpret::{BrickProgram, BrickWorkspace, LineProgram, LineWorkspace};
-use super::leaves::{LeafValues, Leaves};
+use super::jit::CompileError;
+use super::leaves::Leaves;
 use super::lower::{Lowered, lower};
+use super::machine::{Inputs, Machine, Memory};
 use super::regions::Bits;
 use super::sampler::{BRICK, BrickSigns, End, NodeBox, Sampler};
 use super::schedule::Schedule;
@@ -29,14 +30,11 @@ pub enum Engine {
 }
 
 /// Why a program could not be made.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Debug, thiserror::Error)]
 pub enum ProgramError {
     /// The compiler can't run here.
-    #[error("this host has no compiled engine ({cause}); use the interpreter")]
-    NoCompiler {
-        /// What the compiler lacks.
-        cause: String,
-    },
+    #[error("the compiled engine can't run this; use the interpreter")]
+    NoCompiler(#[from] CompileError),
 }
 
 /// An expression ready to be evaluated.
@@ -49,8 +47,7 @@ struct Parts {
     bits: Bits,
     lowered: Lowered,
     leaves: Leaves,
-    brick: BrickProgram,
-    lines: [LineProgram; 3],
+    machine: Machine,
 }
 
 impl Program {
@@ -59,12 +56,6 @@ impl Program {
     /// # Errors
     /// [`ProgramError::NoCompiler`] if the compiler is asked for and can't run.
     pub fn new(graph: &Graph, root: NodeId, engine: Engine) -> Result<Self, ProgramError> {
-        match engine {
-            Engine::Interpreter | Engine::Automatic => {}
-            Engine::Compiled => {
-                return Err(ProgramError::NoCompiler { cause: "it is not built in".to_owned() });
-            }
-        }
         let bits = Bits::number(&Tape::new(graph, &[root]));
         let mut lowered = lower(graph, root);
         let slopes = Axis::ALL.map(|axis| derive::partial(&mut lowered.graph, lowered.root, axis));
@@ -77,10 +68,8 @@ impl Program {
         });
         let leaves = Leaves::new(&brick, &lines);
         let oracles = lowered.graph.oracles();
-        let brick = BrickProgram::new(&brick, &leaves, oracles);
-        let lines =
-            Axis::ALL.map(|axis| LineProgram::new(&lines[axis.index()], &leaves, oracles, axis));
-        Ok(Self(Arc::new(Parts { bits, lowered, leaves, brick, lines })))
+        let machine = Machine::new(engine, &brick, &lines, &leaves, oracles)?;
+        Ok(Self(Arc::new(Parts { bits, lowered, leaves, machine })))
     }
 
     /// The expression that is sampled, in its graph: the lowered form of the program's own.
@@ -103,9 +92,11 @@ impl Program {
             assert!(table.len() % BRICK == 1, "a table has a multiple of sixteen nodes plus one");
         }
         let parts = Arc::clone(&self.0);
-        let leaves = parts.leaves.evaluate(&parts.lowered.graph, &coordinates, parameters);
+        let graph = &parts.lowered.graph;
+        let values = parts.leaves.evaluate(graph, &coordinates, parameters);
+        let inputs = values.map(|v| parts.machine.inputs(v, &parts.leaves, graph.oracles()));
         let nodes = coordinates.each_ref().map(Vec::len);
-        Bound { parts, nodes, leaves }
+        Bound { parts, nodes, inputs }
     }
 }
 
@@ -114,38 +105,27 @@ impl Program {
 pub struct Bound {
     parts: Arc<Parts>,
     nodes: [usize; 3],
-    leaves: Result<LeafValues, Failure>,
+    inputs: Result<Inputs, Failure>,
 }
 
 /// Memory of one thread that queries a [`Bound`] program.
 #[derive(Debug)]
 pub struct Workspace {
-    brick: BrickWorkspace,
-    lines: [LineWorkspace; 3],
-    axis: Axis,
+    memory: Memory,
 }
 
 impl Bound {
     /// The values made when the program was bound.
-    fn leaves(&self) -> Result<&LeafValues, Failure> {
-        self.leaves.as_ref().map_err(Clone::clone)
+    fn inputs(&self) -> Result<&Inputs, Failure> {
+        self.inputs.as_ref().map_err(Clone::clone)
     }
-}
-
-/// The least node of a brick.
-fn first(brick: [u32; 3]) -> [usize; 3] {
-    brick.map(|b| b as usize * BRICK)
 }
 
 impl Sampler for Bound {
     type Workspace = Workspace;
 
     fn workspace(&self) -> Workspace {
-        Workspace {
-            brick: self.parts.brick.workspace(),
-            lines: self.parts.lines.each_ref().map(LineProgram::workspace),
-            axis: Axis::X,
-        }
+        Workspace { memory: self.parts.machine.memory() }
     }
 
     fn nodes(&self) -> [usize; 3] {
@@ -174,8 +154,8 @@ impl Sampler for Bound {
         activity: &[u64],
         signs: &mut BrickSigns,
     ) -> Result<(), Failure> {
-        let leaves = self.leaves()?;
-        self.parts.brick.signs(&mut workspace.brick, leaves, first(brick), activity, signs)
+        let memory = &mut workspace.memory;
+        self.parts.machine.signs(memory, self.inputs()?, brick, activity, signs)
     }
 
     fn values(
@@ -185,8 +165,8 @@ impl Sampler for Bound {
         activity: &[u64],
         values: &mut [f64; BRICK * BRICK * BRICK],
     ) -> Result<(), Failure> {
-        let leaves = self.leaves()?;
-        self.parts.brick.values(&mut workspace.brick, leaves, first(brick), activity, values)
+        let memory = &mut workspace.memory;
+        self.parts.machine.values(memory, self.inputs()?, brick, activity, values)
     }
 
     fn line_begin(
@@ -197,9 +177,8 @@ impl Sampler for Bound {
         nodes: &[u16],
         activity: &[u64],
     ) -> Result<(), Failure> {
-        workspace.axis = axis;
-        let own = &mut workspace.lines[axis.index()];
-        self.parts.lines[axis.index()].begin(own, self.leaves()?, first(brick), nodes, activity)
+        let memory = &mut workspace.memory;
+        self.parts.machine.line_begin(memory, self.inputs()?, axis, brick, nodes, activity)
     }
 
     fn line_ends(
@@ -208,8 +187,7 @@ impl Sampler for Bound {
         end: End,
         values: &mut [f64],
     ) -> Result<(), Failure> {
-        let axis = workspace.axis.index();
-        self.parts.lines[axis].ends(&mut workspace.lines[axis], self.leaves()?, end, values)
+        self.parts.machine.line_ends(&mut workspace.memory, self.inputs()?, end, values)
     }
 
     fn line(
@@ -219,8 +197,6 @@ impl Sampler for Bound {
         values: &mut [f64],
         slopes: &mut [f64],
     ) -> Result<(), Failure> {
-        let axis = workspace.axis.index();
-        let own = &mut workspace.lines[axis];
-        self.parts.lines[axis].between(own, self.leaves()?, at, values, slopes)
+        self.parts.machine.line(&mut workspace.memory, self.inputs()?, at, values, slopes)
     }
 }
