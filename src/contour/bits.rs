@@ -148,13 +148,13 @@ impl Spans {
 #[inline(always)]
 pub fn gather(signs: [&BrickSigns; 8], rows: &mut Rows) {
     let join = |own: u16, next: u16| u32::from(own) | u32::from(next & 1) << BRICK;
-    for z in 0..BRICK {
+    for (z, layer) in rows.iter_mut().enumerate().take(BRICK) {
         let at = z * BRICK;
-        let (own, next): (&[u16], &[u16]) = (&signs[0][at..at + BRICK], &signs[1][at..at + BRICK]);
-        for (row, (own, next)) in rows[z].iter_mut().zip(own.iter().zip(next)) {
+        let (own, next) = (&signs[0][at..at + BRICK], &signs[1][at..at + BRICK]);
+        for (row, (own, next)) in layer.iter_mut().zip(own.iter().zip(next)) {
             *row = join(*own, *next);
         }
-        rows[z][BRICK] = join(signs[2][at], signs[3][at]);
+        layer[BRICK] = join(signs[2][at], signs[3][at]);
     }
     for y in 0..BRICK {
         rows[BRICK][y] = join(signs[4][y], signs[5][y]);
@@ -199,7 +199,7 @@ pub fn crowded(signs: [&BrickSigns; 27], nodes: &mut Rows) {
                 two |= one & (here ^ other);
                 one |= here ^ other;
             }
-            nodes[z][y] = two >> 1 & (1 << SIDE) - 1;
+            nodes[z][y] = (two >> 1) & ((1 << SIDE) - 1);
         }
     }
 }

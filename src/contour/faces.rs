@@ -49,12 +49,12 @@ fn faces(block: &Block, next: &Block, spans: &Spans, out: &mut [[u32; 3]]) -> us
                 let case = &tables.cell[quad.case(x)];
                 let Some(room) = out.get_mut(at..at + MAX_TRIANGLES) else { return at };
                 // Three are written always: a loop of random short length costs a misprediction.
-                for t in 0..3 {
-                    room[t] = triangle(&ids, case, t);
+                for (t, triangle) in room.iter_mut().enumerate().take(3) {
+                    *triangle = corners(&ids, case, t);
                 }
                 if case.count > 3 {
-                    for t in 3..MAX_TRIANGLES {
-                        room[t] = triangle(&ids, case, t);
+                    for (t, triangle) in room.iter_mut().enumerate().skip(3) {
+                        *triangle = corners(&ids, case, t);
                     }
                 }
                 at += usize::from(case.count);
@@ -74,9 +74,9 @@ fn faces(block: &Block, next: &Block, spans: &Spans, out: &mut [[u32; 3]]) -> us
     at
 }
 
-/// Triangle `t` of a cell whose edges have the vertices `ids`.
+/// Corners of triangle `t` of a cell whose edges have the vertices `ids`.
 #[inline(always)]
-fn triangle(ids: &[u32; 16], case: &Case, t: usize) -> [u32; 3] {
+fn corners(ids: &[u32; 16], case: &Case, t: usize) -> [u32; 3] {
     let [a, b, c] = [case.slots[3 * t], case.slots[3 * t + 1], case.slots[3 * t + 2]];
     [ids[usize::from(a & 15)], ids[usize::from(b & 15)], ids[usize::from(c & 15)]]
 }

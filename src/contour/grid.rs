@@ -162,8 +162,7 @@ impl Grid {
 pub fn needs_double(grid: &Grid) -> bool {
     let extent = grid.extent() as f32;
     let ulp = f64::from(extent.next_up()) - f64::from(extent);
-    // A NaN, from an infinite extent, needs double as well.
-    !(TAU * grid.shortest_edge() >= 4.0 * ulp)
+    !extent.is_finite() || TAU * grid.shortest_edge() < 4.0 * ulp
 }
 
 fn line(axis: Axis, lo: f64, hi: f64, spacing: f64) -> Result<Line, GridError> {

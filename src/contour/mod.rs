@@ -31,11 +31,11 @@ mod tests;
 pub use grid::{Grid, GridError, needs_double};
 
 use crate::eval::Sampler;
-use crate::expr::Failure;
+use crate::eval::sampler::Failure;
 use crate::geom::Axis;
 use crate::mesh::Sink;
 use crate::num::{Cancelled, Progress};
-use crate::octree::{Pruning, subdivide};
+use crate::octree::{Interrupted, Pruning, subdivide};
 use serde::{Serialize, Serializer};
 use std::time::{Duration, Instant};
 
@@ -130,6 +130,15 @@ pub enum Error {
     Sink(#[from] std::io::Error),
 }
 
+impl From<Interrupted> for Error {
+    fn from(cause: Interrupted) -> Self {
+        match cause {
+            Interrupted::Failure(failure) => Self::Failure(failure),
+            Interrupted::Cancelled(cancelled) => Self::Cancelled(cancelled),
+        }
+    }
+}
+
 /// Makes the mesh of the field that `sampler` has bound to the tables [`Grid::sampled`].
 ///
 /// # Errors
@@ -147,7 +156,7 @@ pub fn contour<S: Sampler>(
     if sampler.nodes() != lengths {
         return Err(Error::OtherGrid { sampler: sampler.nodes(), grid: lengths });
     }
-    let bricks = subdivide(sampler, settings.pruning)?;
+    let bricks = subdivide(sampler, settings.pruning, progress)?;
     let mut report = Report {
         bricks: bricks.total() as u64,
         active_bricks: bricks.active.len() as u64,

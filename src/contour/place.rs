@@ -20,8 +20,8 @@
 use super::bits::{Rows, SIDE, Spans};
 use super::grid::{Grid, TAU};
 use super::numbering::{Bits, Block};
+use crate::eval::sampler::Failure;
 use crate::eval::{BRICK, End, Sampler};
-use crate::expr::Failure;
 use crate::geom::Axis;
 use pulp::{Arch, NullaryFnOnce};
 

@@ -1,8 +1,8 @@
 //! Samplers and checks for tests.
 
 use super::{Grid, Report, Settings, contour};
+use crate::eval::sampler::Failure;
 use crate::eval::{BRICK, BrickSigns, End, NodeBox, Sampler};
-use crate::expr::Failure;
 use crate::geom::{Aabb, Axis};
 use crate::mesh::Mesh;
 use crate::mesh::sink::Collect;
@@ -261,7 +261,7 @@ pub fn check(mesh: &Mesh) -> Measures {
     }
     let mut corners = vec![0; mesh.positions.len()];
     let mut start = vec![None; mesh.positions.len()];
-    for (&(from, to), _) in &edges {
+    for &(from, to) in edges.keys() {
         assert!(edges.contains_key(&(to, from)), "edge {from} {to} is open");
         corners[from as usize] += 1;
         start[from as usize] = Some(to);

@@ -13,4 +13,4 @@ mod subdivide;
 pub use activity::{Activities, ActivityId};
 pub use pool::Pool;
 pub use ranked::RankedBits;
-pub use subdivide::{Bricks, Pruning, subdivide};
+pub use subdivide::{Bricks, Interrupted, Pruning, subdivide};

@@ -7,9 +7,9 @@
 use super::activity::{Activities, ActivityId};
 use super::pool::Pool;
 use super::ranked::RankedBits;
+use crate::eval::sampler::Failure;
 use crate::eval::{BRICK, NodeBox, Sampler};
-use crate::expr::Failure;
-use crate::num::Interval;
+use crate::num::{Cancelled, Interval, Progress};
 use rayon::prelude::*;
 
 /// Boxes that one task cuts: enough to share a table of activities, few enough to balance.
@@ -23,6 +23,17 @@ pub enum Pruning {
     Intervals,
     /// Every brick is sampled with every region active: the reference that pruning must equal.
     None,
+}
+
+/// Why subdivision stopped.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Interrupted {
+    /// A field without a formula could not be evaluated.
+    #[error(transparent)]
+    Failure(#[from] Failure),
+    /// The caller cancelled the work.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
 }
 
 /// What is known of the bricks of a grid.
@@ -112,8 +123,12 @@ impl<W> Scratch<W> {
 /// Classifies the bricks of the sampler's grid.
 ///
 /// # Errors
-/// [`Failure`] of an oracle.
-pub fn subdivide<S: Sampler>(sampler: &S, pruning: Pruning) -> Result<Bricks, Failure> {
+/// [`Interrupted`] by the failure of an oracle or by the caller.
+pub fn subdivide<S: Sampler>(
+    sampler: &S,
+    pruning: Pruning,
+    progress: &Progress,
+) -> Result<Bricks, Interrupted> {
     let counts = sampler.nodes().map(|n| ((n - 1) / BRICK) as u32);
     let total: usize = counts.iter().map(|&n| n as usize).product();
     let mut activities = Activities::new(sampler.activity_words());
@@ -131,16 +146,19 @@ pub fn subdivide<S: Sampler>(sampler: &S, pruning: Pruning) -> Result<Bricks, Fa
     let top = counts.iter().map(|n| n.next_power_of_two().trailing_zeros()).max().unwrap_or(0);
     let pool = Pool::default();
     let mut boxes = 0;
-    // A box above the top stands for the whole, so that the first call has one box.
+    // A box above the top: its only child in the grid is the box around everything.
     let mut open = vec![Open { index: [0; 3], activity: ActivityId::ALL, nan: false }];
     for level in (0..=top as u8).rev() {
+        progress.expect(open.len().div_ceil(CHUNK) as u64);
         let found = open
             .par_chunks(CHUNK)
             .map(|parents| {
                 let make = || Scratch::new(sampler);
-                pool.lend(make, |scratch| {
-                    cut(sampler, scratch, parents, level, counts, &activities)
-                })
+                let task =
+                    |scratch: &mut _| cut(sampler, scratch, parents, level, counts, &activities);
+                let found = pool.lend(make, task)?;
+                progress.advance(1)?;
+                Ok::<_, Interrupted>(found)
             })
             .collect::<Result<Vec<_>, _>>()?;
         open = Vec::with_capacity(found.iter().map(|f| f.open.len()).sum());
@@ -230,5 +248,159 @@ fn fill(bits: &mut [u64], counts: [u32; 3], level: u8, index: [u32; 3]) {
                 bits[n / 64] |= 1 << (n % 64);
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::eval::{BrickSigns, End};
+    use crate::geom::Axis;
+
+    /// A ball, enclosed exactly; boxes to the left of `nan` may be NaN.
+    struct Ball {
+        bricks: [usize; 3],
+        radius: f64,
+        nan: f64,
+    }
+
+    impl Ball {
+        /// The box of a node box, in units of bricks from the middle of the grid.
+        fn span(&self, node: &NodeBox) -> [[f64; 2]; 3] {
+            [0, 1, 2].map(|a| {
+                let end = |i: u32| ((i as usize) << node.level).min(self.bricks[a]) as f64;
+                let middle = 0.5 * self.bricks[a] as f64;
+                [end(node.index[a]) - middle, end(node.index[a] + 1) - middle]
+            })
+        }
+
+        fn range(&self, node: &NodeBox) -> Interval {
+            let squares = self.span(node).map(|[a, b]| {
+                let least = if a <= 0.0 && b >= 0.0 { 0.0 } else { (a * a).min(b * b) };
+                [least, (a * a).max(b * b)]
+            });
+            let end = |e: usize| squares.iter().map(|s| s[e]).sum::<f64>() - self.radius.powi(2);
+            let nan = self.span(node)[0][0] < self.nan;
+            Interval { nan, ..Interval::new(end(0), end(1)) }
+        }
+    }
+
+    impl Sampler for Ball {
+        type Workspace = ();
+        fn workspace(&self) {}
+        fn nodes(&self) -> [usize; 3] {
+            self.bricks.map(|n| n * BRICK + 1)
+        }
+        fn activity_words(&self) -> usize {
+            1
+        }
+        fn ranges(
+            &self,
+            _: &mut (),
+            boxes: &[NodeBox],
+            activity: &mut [u64],
+            ranges: &mut [Interval],
+        ) -> Result<(), Failure> {
+            assert!(boxes.len() <= 8);
+            for ((node, activity), range) in boxes.iter().zip(activity).zip(ranges) {
+                *range = self.range(node);
+                // Each level clears its bit, and one for the octant.
+                *activity &= !(1 << node.level | 1 << (32 + node.index[0] % 2));
+            }
+            Ok(())
+        }
+        fn signs(
+            &self,
+            _: &mut (),
+            _: [u32; 3],
+            _: &[u64],
+            _: &mut BrickSigns,
+        ) -> Result<(), Failure> {
+            Ok(())
+        }
+        fn values(
+            &self,
+            _: &mut (),
+            _: [u32; 3],
+            _: &[u64],
+            _: &mut [f64; BRICK * BRICK * BRICK],
+        ) -> Result<(), Failure> {
+            Ok(())
+        }
+        fn line_begin(
+            &self,
+            _: &mut (),
+            _: Axis,
+            _: [u32; 3],
+            _: &[u16],
+            _: &[u64],
+        ) -> Result<(), Failure> {
+            Ok(())
+        }
+        fn line_ends(&self, _: &mut (), _: End, _: &mut [f64]) -> Result<(), Failure> {
+            Ok(())
+        }
+        fn line(&self, _: &mut (), _: &[f64], _: &mut [f64], _: &mut [f64]) -> Result<(), Failure> {
+            Ok(())
+        }
+    }
+
+    fn bricks(ball: &Ball) -> Bricks {
+        subdivide(ball, Pruning::Intervals, &Progress::new()).unwrap()
+    }
+
+    #[test]
+    fn every_brick_has_the_class_of_its_own_enclosure() {
+        for shape in [[1, 1, 1], [5, 5, 5], [13, 7, 22]] {
+            let ball = Ball { bricks: shape, radius: 3.3, nan: f64::NEG_INFINITY };
+            let found = bricks(&ball);
+            assert_eq!(found.total(), shape.iter().product());
+            for number in 0..found.total() {
+                let node = NodeBox { level: 0, index: found.position(number) };
+                let range = ball.range(&node);
+                let inside = found.inside[number / 64] >> (number % 64) & 1 == 1;
+                assert_eq!(inside, range.is_inside(), "{node:?}");
+                assert_eq!(found.active.contains(number), !inside && !range.is_outside());
+            }
+            let mut row = [0];
+            let top = shape.iter().map(|n| n.next_power_of_two().ilog2()).max().unwrap();
+            for rank in 0..found.active.len() {
+                found.activities.expand(found.activity(rank), &mut row);
+                assert_eq!(row[0] & ((2 << top) - 1), 0, "activity is inherited");
+                assert!(!found.may_be_nan(rank));
+            }
+        }
+    }
+
+    #[test]
+    fn a_box_that_may_be_nan_is_never_settled() {
+        let ball = Ball { bricks: [9, 9, 9], radius: 2.0, nan: -3.0 };
+        let found = bricks(&ball);
+        for number in 0..found.total() {
+            let index = found.position(number);
+            let nan = f64::from(index[0]) - 4.5 < -3.0;
+            match found.active.rank(number) {
+                Some(rank) => assert_eq!(found.may_be_nan(rank), nan),
+                None => assert!(!nan),
+            }
+        }
+    }
+
+    #[test]
+    fn without_pruning_every_brick_is_sampled() {
+        let ball = Ball { bricks: [3, 5, 7], radius: 1.0, nan: 0.0 };
+        let all = subdivide(&ball, Pruning::None, &Progress::new()).unwrap();
+        assert_eq!((all.active.len(), all.boxes), (105, 0));
+        assert!(all.inside.iter().all(|word| *word == 0));
+        assert!((0..105).all(|rank| all.may_be_nan(rank)));
+    }
+
+    #[test]
+    fn cancelled_subdivision_stops() {
+        let progress = Progress::new();
+        progress.cancel();
+        let ball = Ball { bricks: [3; 3], radius: 1.0, nan: 0.0 };
+        let result = subdivide(&ball, Pruning::Intervals, &progress);
+        assert_eq!(result.unwrap_err(), Interrupted::Cancelled(Cancelled));
     }
 }
