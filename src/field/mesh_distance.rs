@@ -21,6 +21,7 @@ use crate::geom::Aabb;
 use crate::mesh::Mesh;
 use crate::num::Interval;
 use glam::DVec3;
+use pulp::{Simd, WithSimd};
 use std::fmt;
 
 /// Bound on the rounding error of a value, in units of the distance plus the size of the mesh:
@@ -168,7 +169,13 @@ impl MeshDistance {
     fn enclosure(&self, lo: DVec3, hi: DVec3) -> Interval {
         let middle = 0.5 * lo + 0.5 * hi;
         let radius = (hi - middle).max(middle - lo).length();
-        let value = self.answer(middle, &mut Memory::default()).value;
+        let mut value = [0.0];
+        let at = [&[middle.x][..], &[middle.y], &[middle.z]];
+        pulp::Arch::new().dispatch(Points {
+            field: self,
+            queries: Queries { at, value: &mut value, gradient: None },
+        });
+        let [value] = value;
         let scale = self.faces.tree.frame().scale;
         let margin = radius + ROUNDING * (value.abs() + radius + 2.0 / scale);
         let (least, most) = (value.abs() - margin, value.abs() + margin);
@@ -209,30 +216,60 @@ fn remote(point: DVec3, middle: DVec3) -> Answer {
     Answer { value, gradient: direction / length }
 }
 
+/// Point queries to be answered with the host's best instructions. Not closures: those would be
+/// compiled apart, without them.
+struct Points<'f, 'q> {
+    field: &'f MeshDistance,
+    queries: Queries<'q>,
+}
+
+impl WithSimd for Points<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Queries { at: [x, y, z], value, mut gradient } = self.queries;
+        let mut memory = Memory::default();
+        for (i, value) in value.iter_mut().enumerate() {
+            let answer = self.field.answer(DVec3::new(x[i], y[i], z[i]), &mut memory);
+            *value = answer.value;
+            if let Some(rows) = &mut gradient {
+                for (row, partial) in rows.iter_mut().zip(answer.gradient.to_array()) {
+                    row[i] = partial;
+                }
+            }
+        }
+    }
+}
+
+/// A brick to be filled likewise.
+struct Brick<'f, 'q> {
+    field: &'f MeshDistance,
+    at: [&'q [f64]; 3],
+    value: &'q mut [f64],
+}
+
+impl WithSimd for Brick<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        self.field.fill_brick(self.at, self.value);
+    }
+}
+
 impl Oracle for MeshDistance {
     fn name(&self) -> &str {
         &self.name
     }
 
     fn points(&self, queries: Queries<'_>) -> Result<(), Failure> {
-        let Queries { at: [x, y, z], value, mut gradient } = queries;
-        pulp::Arch::new().dispatch(|| {
-            let mut memory = Memory::default();
-            for (i, value) in value.iter_mut().enumerate() {
-                let answer = self.answer(DVec3::new(x[i], y[i], z[i]), &mut memory);
-                *value = answer.value;
-                if let Some(rows) = &mut gradient {
-                    for (row, partial) in rows.iter_mut().zip(answer.gradient.to_array()) {
-                        row[i] = partial;
-                    }
-                }
-            }
-        });
+        pulp::Arch::new().dispatch(Points { field: self, queries });
         Ok(())
     }
 
     fn brick(&self, at: [&[f64]; 3], value: &mut [f64]) -> Result<(), Failure> {
-        pulp::Arch::new().dispatch(|| self.fill_brick(at, value));
+        pulp::Arch::new().dispatch(Brick { field: self, at, value });
         Ok(())
     }
 

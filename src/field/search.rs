@@ -5,7 +5,7 @@
 
 use super::surface::Surface;
 use super::triangle::{Nearest, Packet};
-use crate::geom::bvh::{REMOTE, Stack, reach};
+use crate::geom::bvh::{REMOTE, Stack, Visitor, reach};
 use crate::geom::{Aabb, Bvh};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -81,21 +81,42 @@ impl Faces {
     #[must_use]
     pub fn nearest(&self, place: Place, search: &mut Search) -> Nearest {
         let at = place.local.to_array().map(|x| x as f32);
-        let point = place.scaled.to_array();
-        let mut nearest = Nearest::NONE;
-        let first = search.leaf;
-        self.packets[first].improve(point, &mut nearest);
-        let leaf = &mut search.leaf;
-        self.tree.nearest(at, &mut search.stack, reach(nearest.squared), |next| {
-            if next != first {
-                let before = nearest;
-                self.packets[next].improve(point, &mut nearest);
-                if nearest != before {
-                    *leaf = next;
-                }
+        let mut attempt = Attempt {
+            packets: &self.packets,
+            point: place.scaled.to_array(),
+            nearest: Nearest::NONE,
+            first: search.leaf,
+            leaf: search.leaf,
+        };
+        self.packets[search.leaf].improve(attempt.point, &mut attempt.nearest);
+        let bound = reach(attempt.nearest.squared);
+        self.tree.nearest(at, &mut search.stack, bound, &mut attempt);
+        search.leaf = attempt.leaf;
+        attempt.nearest
+    }
+}
+
+/// A search under way.
+struct Attempt<'a> {
+    packets: &'a [Packet],
+    point: [f64; 3],
+    nearest: Nearest,
+    /// The leaf that was tried before the search.
+    first: usize,
+    /// The leaf that holds the nearest face.
+    leaf: usize,
+}
+
+impl Visitor for Attempt<'_> {
+    #[inline(always)]
+    fn visit(&mut self, leaf: usize) -> f32 {
+        if leaf != self.first {
+            let before = self.nearest;
+            self.packets[leaf].improve(self.point, &mut self.nearest);
+            if self.nearest != before {
+                self.leaf = leaf;
             }
-            reach(nearest.squared)
-        });
-        nearest
+        }
+        reach(self.nearest.squared)
     }
 }

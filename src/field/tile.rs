@@ -167,12 +167,13 @@ impl Tile {
         let lanes = |row: &[f64; POINTS]| -> [f64; CHUNK] {
             std::array::from_fn(|i| row[chunk * CHUNK + i])
         };
-        let [x, y, z] = [lanes(&self.scaled[0]), lanes(&self.scaled[1]), lanes(&self.scaled[2])];
-        let (mut squared, mut number) = (lanes(&self.squared), lanes(&self.number));
+        let at = [0, 1, 2].map(|axis| lanes(&self.scaled[axis]));
+        let mut best = (lanes(&self.squared), lanes(&self.number));
         let packet = &faces.packets[leaf];
         for lane in packet.lanes() {
-            packet.improve_all(lane, [&x, &y, &z], &mut squared, &mut number);
+            best = packet.improve_all(lane, &at, best);
         }
+        let (squared, number) = best;
         self.squared[points.clone()].copy_from_slice(&squared);
         self.number[points.clone()].copy_from_slice(&number);
         for (limit, squared) in self.limit[points].iter_mut().zip(squared) {

@@ -171,22 +171,26 @@ impl Packet {
         }
     }
 
-    /// Improves the answers so far at `N` points by the triangle in one lane.
+    /// The better of the answers so far at `N` points, squared distances and numbers, and those of
+    /// the triangle in one lane.
     #[inline(always)]
+    #[must_use]
     pub fn improve_all<const N: usize>(
         &self,
         lane: usize,
-        points: [&[f64; N]; 3],
-        squared: &mut [f64; N],
-        number: &mut [f64; N],
-    ) {
+        points: &[[f64; N]; 3],
+        (squared, number): ([f64; N], [f64; N]),
+    ) -> ([f64; N], [f64; N]) {
         let (triangle, own) = (self.lane(lane), self.number[lane]);
+        let (mut least, mut nearest) = ([0.0; N], [0.0; N]);
         for i in 0..N {
             let s = triangle.squared_distance([points[0][i], points[1][i], points[2][i]]);
-            let better = (s < squared[i]) | ((s == squared[i]) & (own < number[i]));
-            squared[i] = if better { s } else { squared[i] };
-            number[i] = if better { own } else { number[i] };
+            let tied = if own < number[i] { own } else { number[i] };
+            let other = if squared[i] < s { number[i] } else { tied };
+            nearest[i] = if s < squared[i] { own } else { other };
+            least[i] = if s < squared[i] { s } else { squared[i] };
         }
+        (least, nearest)
     }
 }
 
@@ -432,10 +436,10 @@ mod tests {
         let mut nearest = Nearest::NONE;
         packet.improve([0.2, 0.2, 1.0], &mut nearest);
         assert_eq!(nearest.number, 2.0);
-        let (mut squared, mut number) = ([f64::INFINITY; 4], [f64::INFINITY; 4]);
+        let mut all = ([f64::INFINITY; 4], [f64::INFINITY; 4]);
         for lane in packet.lanes() {
-            packet.improve_all(lane, [&[0.2; 4], &[0.2; 4], &[1.0; 4]], &mut squared, &mut number);
+            all = packet.improve_all(lane, &[[0.2; 4], [0.2; 4], [1.0; 4]], all);
         }
-        assert_eq!((squared, number), ([nearest.squared; 4], [2.0; 4]));
+        assert_eq!(all, ([nearest.squared; 4], [2.0; 4]));
     }
 }

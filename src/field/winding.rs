@@ -16,6 +16,7 @@ use super::surface::Surface;
 use crate::geom::bvh::{Child, LEAF, NO_ITEM, Node, WIDTH};
 use crate::geom::{Aabb, Bvh};
 use glam::{DMat3, DVec3};
+use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 
 /// Allowance for the error of [`Winding::number`].
@@ -280,9 +281,13 @@ impl Winding {
     }
 
     /// The winding number around `point`, up to [`ERROR`].
-    #[inline(always)]
     #[must_use]
     pub fn number(&self, surface: &Surface, tree: &Bvh, point: DVec3) -> f64 {
+        pulp::Arch::new().dispatch(Sum { winding: self, surface, tree, point })
+    }
+
+    #[inline(always)]
+    fn sum(&self, surface: &Surface, tree: &Bvh, point: DVec3) -> f64 {
         let mut near_sum = Turning::NONE;
         let mut far_sum = 0.0;
         let mut stack = vec![0];
@@ -301,6 +306,23 @@ impl Winding {
             }
         }
         near_sum.total() + far_sum * (0.25 / std::f64::consts::PI)
+    }
+}
+
+/// A winding number to be computed with the host's best instructions.
+struct Sum<'a> {
+    winding: &'a Winding,
+    surface: &'a Surface,
+    tree: &'a Bvh,
+    point: DVec3,
+}
+
+impl WithSimd for Sum<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> f64 {
+        self.winding.sum(self.surface, self.tree, self.point)
     }
 }
 

@@ -154,6 +154,13 @@ pub struct Found {
 #[derive(Debug, Default)]
 pub struct Stack(Vec<(f32, Packed)>);
 
+/// What is done at a leaf. A trait rather than a closure, so that it can be compiled into the
+/// traversal and with its instruction set.
+pub trait Visitor {
+    /// Looks at the leaf of this number and returns the bound on what else matters: a [`reach`].
+    fn visit(&mut self, leaf: usize) -> f32;
+}
+
 /// The tree.
 #[derive(Clone, Debug)]
 pub struct Bvh {
@@ -210,21 +217,21 @@ impl Bvh {
     }
 
     /// Visits leaves from near to far from the point `at` (in the tree's frame, not remote) until
-    /// no box is left within `bound`; `visit` returns the new bound. Bounds come from [`reach`].
+    /// no box is left within the bound, which is `bound` to begin with.
     #[inline(always)]
     pub fn nearest(
         &self,
         at: [f32; 3],
         stack: &mut Stack,
         mut bound: f32,
-        mut visit: impl FnMut(usize) -> f32,
+        visitor: &mut impl Visitor,
     ) {
         let stack = &mut stack.0;
         stack.clear();
         let mut current = Packed(0);
         loop {
             match current.unpack() {
-                Child::Leaf(leaf) => bound = visit(leaf),
+                Child::Leaf(leaf) => bound = visitor.visit(leaf),
                 Child::Node(number) => {
                     let node = &self.nodes[number];
                     let distances = node.distances(at, at);
@@ -545,20 +552,31 @@ mod tests {
         (p - p.clamp(b.lo, b.hi)).length_squared()
     }
 
-    /// The item nearest to `p`, by the tree.
-    fn nearest(tree: &Bvh, boxes: &[Aabb], p: DVec3) -> f64 {
-        let scale = tree.frame().scale * tree.frame().scale;
-        let mut best = f64::INFINITY;
-        let at = tree.frame().local(p).to_array().map(|v| v as f32);
-        tree.nearest(at, &mut Stack::default(), reach(best), |leaf| {
-            for item in tree.leaves()[leaf] {
+    struct Nearest<'a> {
+        tree: &'a Bvh,
+        boxes: &'a [Aabb],
+        p: DVec3,
+        best: f64,
+    }
+
+    impl Visitor for Nearest<'_> {
+        fn visit(&mut self, leaf: usize) -> f32 {
+            for item in self.tree.leaves()[leaf] {
                 if item != NO_ITEM {
-                    best = best.min(squared_distance(boxes[item as usize], p));
+                    self.best = self.best.min(squared_distance(self.boxes[item as usize], self.p));
                 }
             }
-            reach(best * scale)
-        });
-        best
+            let scale = self.tree.frame().scale;
+            reach(self.best * scale * scale)
+        }
+    }
+
+    /// Squared distance of the item nearest to `p`, by the tree.
+    fn nearest(tree: &Bvh, boxes: &[Aabb], p: DVec3) -> f64 {
+        let at = tree.frame().local(p).to_array().map(|v| v as f32);
+        let mut nearest = Nearest { tree, boxes, p, best: f64::INFINITY };
+        tree.nearest(at, &mut Stack::default(), reach(f64::INFINITY), &mut nearest);
+        nearest.best
     }
 
     #[test]
