@@ -4,6 +4,9 @@
 //! it. A word is declared here and nowhere else; the periodic surfaces are rows of
 //! [`tpms::CATALOGUE`], from which this table takes them.
 //!
+//! The help of a word, its usage and its arguments are complete sentences of a reference: nothing
+//! else documents the language.
+//!
 //! Offsets (`dilate`, `erode`, `shell`) are in units of the field. What a field is, [`Exactness`]
 //! says: only for distances is an offset a length.
 
@@ -24,6 +27,18 @@ pub enum Exactness {
     Bound,
     /// Only the sign is right; offsets are differences of level.
     LevelSet,
+}
+
+impl Exactness {
+    /// What to call it in lists.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Distance => "distance",
+            Self::Bound => "bound",
+            Self::LevelSet => "level set",
+        }
+    }
 }
 
 /// A row of the table.
@@ -83,6 +98,23 @@ impl Row {
     /// The name and the aliases.
     pub fn spellings(&self) -> impl Iterator<Item = &'static str> {
         std::iter::once(self.name).chain(self.aliases.iter().copied())
+    }
+
+    /// How to write it: operands in capitals, optional arguments in brackets with their defaults.
+    #[must_use]
+    pub fn usage(&self) -> String {
+        let mut usage = match self.kind {
+            Kind::Shape { .. } => self.name.to_owned(),
+            Kind::Unary(_) => format!("SHAPE {}", self.name),
+            Kind::Binary(_) => format!("SHAPE SHAPE {}", self.name),
+        };
+        for Argument { name, default, .. } in self.arguments {
+            usage.push_str(&match default {
+                Some(default) => format!(" [{name} {default}]"),
+                None => format!(" {}", name.to_uppercase()),
+            });
+        }
+        usage
     }
 }
 
@@ -348,6 +380,29 @@ mod tests {
             assert!(names::reserved().all(|name| name != spelling), "`{spelling}` is a name");
             assert!(!spelling.starts_with(['@', '-', '#']) && !spelling.contains(','));
             assert_eq!(row(spelling).unwrap().name, Words.word(spelling).unwrap().name);
+        }
+    }
+
+    #[test]
+    fn usage_shows_operands_arguments_and_defaults() {
+        let check = |word: &str, usage: &str| assert_eq!(row(word).unwrap().usage(), usage);
+        check("ball", "sphere");
+        check("torus", "torus [major 0.75] [minor 0.25]");
+        check("rotate", "SHAPE rotate ANGLE AXIS");
+        check("difference", "SHAPE SHAPE difference");
+    }
+
+    #[test]
+    fn the_spellings_of_table_1_are_known() {
+        // The paper attests these; the plain names and the printed ones of the others are ours.
+        for word in ["gyroid", "d-surface", "p-surface", "sphere", "cylinder", "box"] {
+            assert_eq!(row(word).unwrap().name, word);
+        }
+        for (word, title) in
+            [("c(i2-y**)", "C(I2-Y**)"), ("g'2", "G'2"), ("q*", "Q*"), ("+-y", "±Y")]
+        {
+            let surface = tpms::CATALOGUE.iter().find(|surface| surface.title == title).unwrap();
+            assert_eq!(row(word).unwrap().name, surface.name);
         }
     }
 

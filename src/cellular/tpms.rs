@@ -579,7 +579,7 @@ mod tests {
         let check = |name: &str, expected: usize| {
             let surface = CATALOGUE.iter().find(|surface| surface.name == name).unwrap();
             let mut graph = Graph::new();
-            surface.field(&mut graph);
+            let _ = surface.field(&mut graph);
             let is_wave = |node| matches!(node, Node::Unary(Unary::Sin | Unary::Cos, _));
             let waves = graph.iter().filter(|(_, node)| is_wave(*node)).count();
             assert_eq!(waves, expected, "{name}");
