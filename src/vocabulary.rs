@@ -4,9 +4,6 @@
 //! it. A word is declared here and nowhere else; the periodic surfaces are rows of
 //! [`tpms::CATALOGUE`], from which this table takes them.
 //!
-//! The help of a word, its usage and its arguments are complete sentences of a reference: nothing
-//! else documents the language.
-//!
 //! Offsets (`dilate`, `erode`, `shell`) are in units of the field. What a field is, [`Exactness`]
 //! says: only for distances is an offset a length.
 

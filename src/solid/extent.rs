@@ -217,6 +217,7 @@ impl Extent {
     fn everywhere(mut self, span: Span) -> Self {
         self.bounds = Aabb::WHOLE;
         self.growth = DVec3::ONE;
+        self.apart = None;
         self.unbounded = [Some(self.span.to(span)); 3];
         self.said(span, &[])
     }
