@@ -26,6 +26,18 @@ pub enum Exactness {
     LevelSet,
 }
 
+impl Exactness {
+    /// What to call it in lists.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Distance => "distance",
+            Self::Bound => "bound",
+            Self::LevelSet => "level set",
+        }
+    }
+}
+
 /// A row of the table.
 pub struct Row {
     /// The word.
@@ -83,6 +95,23 @@ impl Row {
     /// The name and the aliases.
     pub fn spellings(&self) -> impl Iterator<Item = &'static str> {
         std::iter::once(self.name).chain(self.aliases.iter().copied())
+    }
+
+    /// How to write it: operands in capitals, optional arguments in brackets with their defaults.
+    #[must_use]
+    pub fn usage(&self) -> String {
+        let mut usage = match self.kind {
+            Kind::Shape { .. } => self.name.to_owned(),
+            Kind::Unary(_) => format!("SHAPE {}", self.name),
+            Kind::Binary(_) => format!("SHAPE SHAPE {}", self.name),
+        };
+        for Argument { name, default, .. } in self.arguments {
+            usage.push_str(&match default {
+                Some(default) => format!(" [{name} {default}]"),
+                None => format!(" {}", name.to_uppercase()),
+            });
+        }
+        usage
     }
 }
 
@@ -348,6 +377,29 @@ mod tests {
             assert!(names::reserved().all(|name| name != spelling), "`{spelling}` is a name");
             assert!(!spelling.starts_with(['@', '-', '#']) && !spelling.contains(','));
             assert_eq!(row(spelling).unwrap().name, Words.word(spelling).unwrap().name);
+        }
+    }
+
+    #[test]
+    fn usage_shows_operands_arguments_and_defaults() {
+        let check = |word: &str, usage: &str| assert_eq!(row(word).unwrap().usage(), usage);
+        check("ball", "sphere");
+        check("torus", "torus [major 0.75] [minor 0.25]");
+        check("rotate", "SHAPE rotate ANGLE AXIS");
+        check("difference", "SHAPE SHAPE difference");
+    }
+
+    #[test]
+    fn the_spellings_of_table_1_are_known() {
+        // The paper attests these; the plain names and the printed ones of the others are ours.
+        for word in ["gyroid", "d-surface", "p-surface", "sphere", "cylinder", "box"] {
+            assert_eq!(row(word).unwrap().name, word);
+        }
+        for (word, title) in
+            [("c(i2-y**)", "C(I2-Y**)"), ("g'2", "G'2"), ("q*", "Q*"), ("+-y", "±Y")]
+        {
+            let surface = tpms::CATALOGUE.iter().find(|surface| surface.title == title).unwrap();
+            assert_eq!(row(word).unwrap().name, surface.name);
         }
     }
 

@@ -2,7 +2,7 @@
 //!
 //! Box B and growth g promise that {f <= t} lies in B grown by g*t for every t >= 0, axis by axis.
 //! All are functions of the parameters, so a solid keeps the *rules* that yield them as a postfix
-//! program ([`Step`]) and [`Solid::extent`] runs it for given parameter values. Nothing recurses,
+//! program and [`Solid::extent`] runs it for given parameter values. Nothing recurses,
 //! and joining two programs appends the shorter to the longer: ten thousand parts cost little.
 //!
 //! An intersection of disjoint boxes is kept as a box with `lo > hi`: growing it is still right,
@@ -217,6 +217,7 @@ impl Extent {
     fn everywhere(mut self, span: Span) -> Self {
         self.bounds = Aabb::WHOLE;
         self.growth = DVec3::ONE;
+        self.apart = None;
         self.unbounded = [Some(self.span.to(span)); 3];
         self.said(span, &[])
     }
@@ -400,7 +401,7 @@ mod tests {
     fn periods_scale_and_permute() {
         let mut graph = Graph::new();
         let zero = graph.constant(0.0);
-        let solid = Solid::periodic(&mut graph, zero, 1.0);
+        let solid = Solid::periodic(&mut graph, zero, 1.0, 0.0);
         let factor = [2.0, -3.0, 4.0].map(|v| graph.constant(v));
         let [one, quarter] = [1.0, 2.0 * FRAC_PI_4].map(|v| graph.constant(v));
         let scaled = solid.scale(&mut graph, factor);

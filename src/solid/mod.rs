@@ -66,12 +66,12 @@ impl Solid {
         Self::within(graph, field, Aabb::WHOLE, f64::INFINITY)
     }
 
-    /// The solid of a field with period `period` along each axis.
+    /// The solid of a field with period `period` along each axis; it is unbounded.
     #[must_use]
-    pub fn periodic(graph: &mut Graph, field: NodeId, period: f64) -> Self {
+    pub fn periodic(graph: &mut Graph, field: NodeId, period: f64, lipschitz: f64) -> Self {
         let ends = [f64::NEG_INFINITY, f64::INFINITY];
         let bounds = ends.map(|end| Axis::ALL.map(|_| graph.constant(end)));
-        Self::leaf(field, Leaf { bounds, lipschitz: f64::INFINITY, period: Some(period) })
+        Self::leaf(field, Leaf { bounds, lipschitz, period: Some(period) })
     }
 
     /// Says that the operations since the last call are the text at `span`.

@@ -1,7 +1,9 @@
 //! Programs that are right: what they mean at points, and the boxes that hold them.
 
 use crate::support::{Field, parse, program};
+use alveole::expr::Node;
 use alveole::geom::Aabb;
+use alveole::lang;
 use glam::DVec3;
 
 /// The field of the program `line` has the value `expected` at `point`, to rounding.
@@ -70,10 +72,115 @@ fn parameters_move_bounds_and_fields() {
         [program.graph.parameters()[0].0.as_str(), program.graph.parameters()[1].0.as_str()];
     assert_eq!(slots, ["t", "u"]);
     let before = program.at([4.0, 0.0, 0.0]);
-    let slot = program.graph.iter().find_map(|(_, node)| match node {
-        alveole::expr::Node::Parameter(slot) if slot.index() == 0 => Some(slot),
-        _ => None,
+    let slot = program.graph.iter().find_map(|(_, node)| {
+        if let Node::Parameter(slot) = node { (slot.index() == 0).then_some(slot) } else { None }
     });
     program.graph.set_parameter(slot.unwrap(), 2.0);
     assert_eq!((before, program.at([4.0, 0.0, 0.0])), (2.0, 0.0));
+}
+
+#[test]
+fn arguments_are_named_or_not_in_any_order() {
+    let plain = program("box rotate pi/2 1,2,3").solid.field;
+    for line in [
+        "box rotate angle pi/2 axis 1,2,3",
+        "box rotate axis 1,2,3 angle pi/2",
+        "box rotate pi/2 axis 1,2,3",
+        "box rotate axis 1,2,3 pi/2",
+        "BOX Rotate AXIS '1, 2, 3' Angle 'pi / 2'",
+    ] {
+        assert_eq!(program(line).solid.field, plain, "{line}");
+    }
+    check("sphere dilate offset 0.5", [0.0; 3], -1.5);
+    check("sphere shell thickness 0.5", [0.0; 3], 0.75);
+    check("sphere translate offset 1,0,0", [0.0; 3], 0.0);
+    check("sphere scale factor 2", [0.0; 3], -2.0);
+}
+
+#[test]
+fn shapes_take_named_arguments_and_leave_the_others_at_their_defaults() {
+    check("torus", [1.0, 0.0, 0.0], 0.0);
+    check("torus minor 0.5", [1.25, 0.0, 0.0], 0.0);
+    check("torus minor 0.5 major 2", [2.5, 0.0, 0.0], 0.0);
+    check("plane normal 0,2,0 offset 1", [0.0, 3.0, 0.0], 2.0);
+    check("ellipsoid radii 1,2,4", [0.0, 0.0, 4.0], 0.0);
+    check("capsule radius 0.25 length 2", [0.0, 0.0, 1.25], 0.0);
+    check("cone radius 2", [2.0, 0.0, -1.0], 0.0);
+    check("rounded-box radius 1", [1.0, 0.0, 0.0], 0.0);
+    check("octahedron radius 2", [0.0, 2.0, 0.0], 0.0);
+}
+
+#[test]
+fn words_are_told_apart_in_the_order_of_the_paper() {
+    // A word, then a mesh, then an equation; a leading minus makes no option.
+    assert_eq!(program("box -sin(x)").items.len(), 2);
+    assert_eq!(program("box mesh.ply x").items.len(), 3);
+    check("y-surface", [0.0; 3], 1.0);
+    check("y-1", [0.0; 3], -1.0);
+    check("sphere dilate -0.1", [0.0; 3], -0.9);
+    check("sphere dilate '2^-1'", [0.0; 3], -1.5);
+    check("sphere scale -2", [0.0; 3], -2.0);
+}
+
+#[test]
+fn offsets_and_motions_apply_to_the_last_shape_only() {
+    check("gyroid box dilate 0.35", [0.0; 3], 0.0);
+    check("gyroid dilate 0.35 box", [0.0; 3], -0.35);
+    check("sphere box translate 5,0,0 union", [5.0, 0.0, 0.0], -1.0);
+    check("box sphere scale 0.5 difference", [0.0; 3], 0.5);
+}
+
+#[test]
+fn the_final_intersection_keeps_the_order_of_its_operands() {
+    let program = program("sphere x box y");
+    let mut graph = program.graph.clone();
+    let [x, y, _] = graph.point();
+    let [sphere, cube] = [
+        alveole::solid::primitives::sphere(&mut graph),
+        alveole::solid::primitives::cube(&mut graph),
+    ];
+    let all = graph.max(sphere.field, x);
+    let all = graph.max(all, cube.field);
+    assert_eq!(graph.max(all, y), program.solid.field);
+}
+
+#[test]
+fn a_mesh_named_twice_is_one_oracle() {
+    let program = program("mesh1.ply mesh1.ply translate 1,0,0 mesh2.ply union union");
+    assert_eq!(program.graph.oracles().len(), 2);
+}
+
+#[test]
+fn ten_thousand_parts_make_a_program() {
+    let mut words = vec!["box".to_owned()];
+    for i in 1..10_000 {
+        words.extend(["sphere", "translate", &format!("{i},0,0"), "union"].map(str::to_owned));
+    }
+    let words: Vec<&str> = words.iter().map(String::as_str).collect();
+    let program = parse(&words, &[]).unwrap();
+    assert_eq!(program.bounds().hi.x, 10_000.0);
+}
+
+#[test]
+fn values_of_options_are_lists_of_equations() {
+    let numbers = |text: &str| lang::numbers(text, "the spacing", &[("m".to_owned(), 60.0)]);
+    assert_eq!(numbers("2/60").unwrap(), [2.0 / 60.0]);
+    assert_eq!(numbers("2/m").unwrap(), [2.0 / 60.0]);
+    assert_eq!(numbers("1,2*pi,-3").unwrap(), [1.0, std::f64::consts::TAU, -3.0]);
+    let message = |text: &str| numbers(text).unwrap_err().diagnostics[0].message.clone();
+    assert_eq!(message("x"), "the spacing can't depend on `x`");
+    assert_eq!(message("1,1/0"), "the spacing must be a finite number");
+    assert_eq!(message("1,,2"), "a number, name or `(` is missing");
+}
+
+#[test]
+fn options_can_be_taken_from_the_front_of_expanded_words() {
+    let words = ["@nested".to_owned(), "x".to_owned()];
+    let mut text = lang::expand(&words, &mut crate::support::Files).unwrap();
+    let spelt: Vec<_> = text.words.iter().map(|word| word.text.as_str()).collect();
+    assert_eq!(spelt, ["box", "gyroid", "scale", "0.5", "dilate", "0.1", "x"]);
+    text.words.remove(0);
+    let vocabulary = alveole::vocabulary::Words;
+    let rest = lang::program(text, &vocabulary, &mut crate::support::Files, &[]).unwrap();
+    assert_eq!(rest.items.len(), 4);
 }
