@@ -147,7 +147,7 @@ fn wrong_command_lines_are_explained_and_exit_with_2() {
     fails(&[], 2, &["PROGRAM"]);
     fails(&["rotate", "1", "0,0,0", "box"], 2, &["rotate"]);
     fails(&["box", "rotate", "1", "0,0,0"], 2, &["zero"]);
-    let deep = format!("{}x{}", "(".repeat(100_000), ")".repeat(100_000));
+    let deep = format!("{}x{}", "(".repeat(60_000), ")".repeat(60_000));
     fails(&[&deep, "box"], 2, &["deep"]);
 }
 

@@ -5,8 +5,8 @@ use super::bar::with_bar;
 use super::output::Output;
 use super::report::{self, Trouble};
 use super::{stats, work};
-use crate::contour::needs_double;
-use crate::job::{Report, Spacing, longest_edge};
+use crate::contour::{self, needs_double};
+use crate::job::{self, Report, Spacing, longest_edge};
 use crate::mesh::io::{self, FileSink, Format, Precision};
 use crate::mesh::sink::Collect;
 use crate::num::Progress;
@@ -37,15 +37,17 @@ pub(super) fn run(name: &str, arguments: &MeshArguments) -> Result<(), Trouble> 
         let file = output.file().try_clone().map_err(|error| output.failure(error))?;
         let mut sink = FileSink::new(file, format, precision)?;
         let report =
-            with_bar(&progress, bar, || job.contour(&grid, &settings, &progress, &mut sink))?;
-        sink.finish()?;
+            with_bar(&progress, bar, || job.contour(&grid, &settings, &progress, &mut sink))
+                .map_err(|error| blame(error, &output))?;
+        sink.finish().map_err(|error| output.refusal(error))?;
         report
     } else {
         let mut sink = Collect::default();
         let report =
             with_bar(&progress, bar, || job.contour(&grid, &settings, &progress, &mut sink))?;
         let mut out = BufWriter::with_capacity(1 << 20, output.file());
-        io::write(&sink.into_mesh(), format, precision, &mut out)?;
+        io::write(&sink.into_mesh(), format, precision, &mut out)
+            .map_err(|error| output.refusal(error))?;
         out.into_inner().map_err(|error| output.failure(error.into_error()))?;
         report
     };
@@ -73,4 +75,12 @@ fn format(output: &Path) -> Result<Format, Trouble> {
     named
         .or(is_stream.then_some(Format::Ply))
         .ok_or_else(|| Trouble::Format { name: output.display().to_string() })
+}
+
+/// An error of the sink is an error of the output.
+fn blame(error: job::Error, output: &Output) -> Trouble {
+    match error {
+        job::Error::Contour(contour::Error::Sink(error)) => output.failure(error).into(),
+        error => error.into(),
+    }
 }

@@ -6,6 +6,7 @@
 //! regular file (a device, a pipe, standard output) is written to directly.
 
 use super::interrupt;
+use crate::mesh::io::WriteError;
 use std::fs::{self, File};
 use std::io::{self, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
@@ -89,6 +90,11 @@ impl Output {
             }
             None => Ok(()),
         }
+    }
+
+    /// The error of a format that failed to write to this output, or can't hold the mesh.
+    pub(super) fn refusal(&self, error: WriteError) -> OutputError {
+        self.failure(error.into())
     }
 
     /// The error of a failed write to this output.

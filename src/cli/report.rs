@@ -7,7 +7,7 @@ use super::output::OutputError;
 use crate::contour;
 use crate::geom::Axis;
 use crate::job::{self, MeshNote};
-use crate::lang::{Diagnostic, Place, Sources};
+use crate::lang::{Diagnostic, Place, Rejected, Sources};
 use crate::mesh::io::{ReadError, WriteError};
 use crate::solid::Span;
 use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
@@ -35,13 +35,8 @@ pub(super) enum Trouble {
         fault: ValueFault,
     },
     /// A number in the value of an option can't be read.
-    #[error("{}", diagnostic.message)]
-    Number {
-        /// What is wrong.
-        diagnostic: Box<Diagnostic>,
-        /// The value.
-        sources: Box<Sources>,
-    },
+    #[error(transparent)]
+    Number(Rejected),
     /// The output's name does not say its format.
     #[error(
         "`{name}`: the extension names no mesh format that can be written; use .ply, .stl, .obj or .off"
@@ -114,13 +109,14 @@ pub(super) fn trouble(name: &str, trouble: &Trouble) -> ExitCode {
             let _ = error.print();
             return ExitCode::from(u8::from(error.use_stderr()) * 2);
         }
-        Trouble::Job(job::Error::Program(rejected)) => {
+        Trouble::Job(job::Error::Program(rejected)) | Trouble::Number(rejected) => {
             for diagnostic in &rejected.diagnostics {
                 explain(name, diagnostic, &rejected.sources);
             }
         }
-        Trouble::Job(job::Error::Bounds { diagnostic, sources })
-        | Trouble::Number { diagnostic, sources } => explain(name, diagnostic, sources),
+        Trouble::Job(job::Error::Bounds { diagnostic, sources }) => {
+            explain(name, diagnostic, sources);
+        }
         Trouble::Value { .. }
         | Trouble::Format { .. }
         | Trouble::Word { .. }
@@ -138,7 +134,7 @@ fn code(trouble: &Trouble) -> u8 {
     match trouble {
         Trouble::Usage(_)
         | Trouble::Value { .. }
-        | Trouble::Number { .. }
+        | Trouble::Number(_)
         | Trouble::Format { .. }
         | Trouble::Word { .. } => 2,
         Trouble::Job(error) => match error {
@@ -204,7 +200,7 @@ fn picture(diagnostic: &Diagnostic, sources: &Sources, renderer: &Renderer) -> S
     let Diagnostic { message, labels, cure, .. } = diagnostic;
     let first = labels.first().map(|label| label.span);
     let title = match first.and_then(|span| sources.place(span)) {
-        Some(Place::Argument(number)) => format!("{message} (argument {number})"),
+        Some(Place::Argument(number)) => format!("{message} (argument {number} of the program)"),
         Some(Place::File { .. }) | None => message.clone(),
     };
     let mut group = Level::ERROR

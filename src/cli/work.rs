@@ -4,7 +4,7 @@ use super::args::WorkArguments;
 use super::report::{self, Trouble, ValueFault};
 use crate::geom::{Aabb, Axis};
 use crate::job::{Job, Settings, Spacing};
-use crate::lang::numbers;
+use crate::lang;
 use glam::DVec3;
 
 /// A job and how to do it.
@@ -61,9 +61,7 @@ fn read_bounds(text: &str) -> Result<Aabb, Trouble> {
 }
 
 fn read_numbers(option: &'static str, text: &str) -> Result<Vec<f64>, Trouble> {
-    numbers::read(&format!("the value of `{option}`"), text).map_err(|(diagnostic, sources)| {
-        Trouble::Number { diagnostic: Box::new(diagnostic), sources: Box::new(sources) }
-    })
+    lang::numbers(text, &format!("the value of `{option}`"), &[]).map_err(Trouble::Number)
 }
 
 fn wrong(option: &'static str, text: &str, fault: ValueFault) -> Trouble {

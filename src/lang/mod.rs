@@ -17,7 +17,6 @@ pub mod infix;
 pub mod lexer;
 pub mod lower;
 pub mod names;
-pub mod numbers;
 pub mod source;
 pub mod stack;
 pub mod syntax;

@@ -138,7 +138,10 @@ impl PlySink {
 impl Sink for PlySink {
     fn begin(&mut self, vertices: u64, triangles: u64) -> io::Result<()> {
         let layout = Layout::new(self.precision, vertices, triangles)?;
-        self.file.set_len(layout.triangle_offset(triangles))?;
+        // A device has no length to reserve.
+        if self.file.metadata()?.is_file() {
+            self.file.set_len(layout.triangle_offset(triangles))?;
+        }
         self.write_all_at(layout.header.as_bytes(), 0)?;
         self.layout = Some(layout);
         Ok(())
