@@ -6,8 +6,9 @@ use super::tables::{Case, MAX_TRIANGLES, TABLES, Tables};
 use crate::eval::BRICK;
 use pulp::NullaryFnOnce;
 
-/// Most triangles that a brick's cells can have.
-pub const MOST: usize = MAX_TRIANGLES * BRICK * BRICK * BRICK;
+/// Room for the triangles of any brick; one cell more than there are, because cells write more
+/// triangles than they keep.
+pub const MOST: usize = MAX_TRIANGLES * (BRICK * BRICK * BRICK + 1);
 
 /// Writes the triangles of a brick's cells to the front of `out` and returns how many they are; a
 /// task for [`pulp::Arch::dispatch`].
@@ -47,7 +48,7 @@ fn faces(block: &Block, next: &Block, spans: &Spans, out: &mut [[u32; 3]]) -> us
             for x in Bits(quad.active & !caps) {
                 let ids = row.edges(x);
                 let case = &tables.cell[quad.case(x)];
-                let Some(room) = out.get_mut(at..at + MAX_TRIANGLES) else { return at };
+                let room = &mut out[at..at + MAX_TRIANGLES];
                 // Three are written always: a loop of random short length costs a misprediction.
                 for (t, triangle) in room.iter_mut().enumerate().take(3) {
                     *triangle = corners(&ids, case, t);
