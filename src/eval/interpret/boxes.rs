@@ -108,10 +108,7 @@ impl BoxProgram {
         let gathered = |p: Position| tape.axes(p).len() == 1 && leaves.has(tape.node(p));
         let positions: FxHashMap<NodeId, Position> =
             tape.positions().map(|p| (tape.node(p), p)).collect();
-        let mut keep = vec![false; tape.len()];
-        for &p in tape.outputs() {
-            keep[p.index()] = true;
-        }
+        let mut keep = tape.output_flags();
         for split in tape.positions().filter_map(|p| lowered.split(tape.node(p))) {
             for term in &split.terms {
                 keep[positions[&term.leaf].index()] = true;
@@ -436,7 +433,7 @@ pub fn enclose(
 ) -> Result<(), Failure> {
     let schedule = Schedule::plain(&Tape::new(graph, outputs));
     let tape = schedule.tape();
-    let keep: Vec<bool> = tape.positions().map(|p| tape.outputs().contains(&p)).collect();
+    let keep = tape.output_flags();
     let varies = |p: Position| !tape.axes(p).is_empty();
     let allocation = allocate(tape, |p| varies(p).then_some(0), |p| keep[p.index()]);
     let uniform: Vec<Position> = tape.positions().filter(|&p| !varies(p)).collect();
