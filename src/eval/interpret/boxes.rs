@@ -6,6 +6,7 @@
 
 use super::brick::select;
 use super::buffers::allocate;
+use super::chains::{Chains, Lead};
 use super::octet::{self, LANES, Octet};
 use super::points;
 use crate::eval::enclosure::dead_sides;
@@ -52,6 +53,8 @@ struct Instruction {
     action: Action,
     operands: [Source; 4],
     out: u32,
+    /// The number of the extremum among those in chains.
+    link: Option<u32>,
 }
 
 /// A split sum, its terms as sources.
@@ -70,6 +73,7 @@ pub struct BoxProgram {
     buffers: usize,
     /// By bit: the bit of the region around it.
     around: Vec<Option<u32>>,
+    chains: Chains,
 }
 
 /// What is run, whatever the boxes.
@@ -84,6 +88,7 @@ struct Code {
 #[derive(Debug, Default)]
 pub struct BoxWorkspace {
     buffers: Vec<Octet>,
+    leads: Vec<Lead>,
     any: Vec<u64>,
     runs: Vec<Range<usize>>,
 }
@@ -144,6 +149,10 @@ impl BoxProgram {
                 around[bit as usize] = regions.bit(regions.parent(region));
             }
         }
+        let chains = Chains::new(schedule, lowered);
+        for (instruction, p) in code.instructions.iter_mut().zip(tape.positions()) {
+            instruction.link = chains.link(p);
+        }
         let run = schedule.stage(TABLE).filter(|&p| gathered(p)).chain(schedule.stage(BOX));
         Self {
             steps: schedule.steps(run),
@@ -151,13 +160,18 @@ impl BoxProgram {
             buffers: allocation.counts.first().copied().unwrap_or(0) as usize,
             code,
             around,
+            chains,
         }
     }
 
     /// Fresh memory for one thread.
     #[must_use]
     pub fn workspace(&self) -> BoxWorkspace {
-        BoxWorkspace { buffers: vec![Octet::ZERO; self.buffers], ..BoxWorkspace::default() }
+        BoxWorkspace {
+            buffers: vec![Octet::ZERO; self.buffers],
+            leads: self.chains.leads(),
+            ..BoxWorkspace::default()
+        }
     }
 
     /// Encloses the expression over at most eight boxes, `words` words of `activity` a box.
@@ -170,7 +184,7 @@ impl BoxProgram {
         activity: &mut [u64],
         ranges: &mut [Interval],
     ) {
-        let BoxWorkspace { buffers, any, runs } = workspace;
+        let BoxWorkspace { buffers, leads, any, runs } = workspace;
         any.clear();
         any.resize(words, 0);
         for (i, word) in activity.iter().enumerate() {
@@ -185,7 +199,14 @@ impl BoxProgram {
             }
         }
         let frame = Frame { uniforms, rows, words, boxes: boxes.len() };
-        self.code.run(runs, &frame, activity, buffers);
+        self.code.run(runs, &frame, activity, buffers, leads);
+        for run in runs.iter().rev() {
+            for instruction in self.code.instructions[run.clone()].iter().rev() {
+                if let Some(link) = instruction.link {
+                    self.chains.prune(link, leads, activity, words, boxes.len());
+                }
+            }
+        }
         for own in activity.chunks_exact_mut(words.max(1)) {
             self.inherit(own);
         }
@@ -243,7 +264,7 @@ impl Code {
             Source::Buffer(out) => (action, out),
             Source::Uniform(_) => (Action::Read, 0),
         };
-        self.instructions.push(Instruction { action, operands: list, out });
+        self.instructions.push(Instruction { action, operands: list, out, link: None });
     }
 
     fn push_wave(
@@ -297,12 +318,13 @@ impl Code {
         frame: &Frame<'_>,
         activity: &mut [u64],
         buffers: &mut [Octet],
+        leads: &mut [Lead],
     ) {
         lanes::dispatch(
             #[inline(always)]
             || {
                 for instruction in runs.iter().flat_map(|run| &self.instructions[run.clone()]) {
-                    self.step(instruction, frame, activity, buffers);
+                    self.step(instruction, frame, activity, buffers, leads);
                 }
             },
         );
@@ -315,8 +337,9 @@ impl Code {
         frame: &Frame<'_>,
         activity: &mut [u64],
         buffers: &mut [Octet],
+        leads: &mut [Lead],
     ) {
-        let Instruction { action, operands, out } = *instruction;
+        let Instruction { action, operands, out, link } = *instruction;
         let read = |i: usize| frame.read(operands[i], buffers);
         let value = match action {
             Action::Read => return,
@@ -332,7 +355,11 @@ impl Code {
                 if bits != [None, None] {
                     choose(extremum, bits, frame, activity, &mut a, &mut b);
                 }
-                octet::binary(extremum.operator(), &a, &b)
+                let value = octet::binary(extremum.operator(), &a, &b);
+                if let Some(link) = link {
+                    leads[link as usize] = Lead::new(extremum, &a, &b, &value);
+                }
+                value
             }
             Action::Pick(extremum, bits) => {
                 let (mut a, mut b) = (read(0), read(1));
@@ -462,7 +489,7 @@ pub fn enclose(
                 buffers[buffer as usize] = Octet::from_lanes(|i| side[i.min(boxes - 1)]);
             } else {
                 let run = p.index()..p.index() + 1;
-                code.run(&[run], &frame, &mut [], &mut buffers);
+                code.run(&[run], &frame, &mut [], &mut buffers, &mut []);
             }
         }
         for (k, &p) in tape.outputs().iter().enumerate() {

@@ -51,6 +51,21 @@ impl Octet {
         octet
     }
 
+    /// The lower ends.
+    pub(super) const fn lower(&self) -> &[f64; LANES] {
+        &self.lo
+    }
+
+    /// The upper ends.
+    pub(super) const fn upper(&self) -> &[f64; LANES] {
+        &self.hi
+    }
+
+    /// The lanes that may be NaN, as bits.
+    pub(super) const fn nan(&self) -> u8 {
+        self.nan
+    }
+
     /// The largest magnitude in each lane.
     #[inline(always)]
     pub(super) fn magnitude(&self) -> [f64; LANES] {
