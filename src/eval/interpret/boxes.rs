@@ -243,10 +243,10 @@ struct Frame<'a> {
 
 impl Frame<'_> {
     #[inline(always)]
-    fn read(&self, source: Source, buffers: &[Octet]) -> Octet {
+    fn read<'v>(&'v self, source: Source, buffers: &'v [Octet]) -> &'v Octet {
         match source {
-            Source::Uniform(number) => self.uniforms.0[number as usize],
-            Source::Buffer(buffer) => buffers[buffer as usize],
+            Source::Uniform(number) => &self.uniforms.0[number as usize],
+            Source::Buffer(buffer) => &buffers[buffer as usize],
         }
     }
 }
@@ -347,28 +347,31 @@ impl Code {
                 let rows = &frame.rows[axis.index()];
                 Octet::from_lanes(|i| rows[i][table as usize])
             }
-            Action::Unary(op) => octet::unary(op, &read(0)),
-            Action::Square => octet::square(&read(0)),
-            Action::Binary(op) => octet::binary(op, &read(0), &read(1)),
+            Action::Unary(op) => octet::unary(op, read(0)),
+            Action::Square => octet::square(read(0)),
+            Action::Binary(op) => octet::binary(op, read(0), read(1)),
             Action::Choose(extremum, bits) => {
+                let (mut first, mut second);
                 let (mut a, mut b) = (read(0), read(1));
                 if bits != [None, None] {
-                    choose(extremum, bits, frame, activity, &mut a, &mut b);
+                    (first, second) = (*a, *b);
+                    choose(extremum, bits, frame, activity, &mut first, &mut second);
+                    (a, b) = (&first, &second);
                 }
-                let value = octet::binary(extremum.operator(), &a, &b);
+                let value = octet::binary(extremum.operator(), a, b);
                 if let Some(link) = link {
-                    leads[link as usize] = Lead::new(extremum, &a, &b, &value);
+                    leads[link as usize] = Lead::new(extremum, a, b, &value);
                 }
                 value
             }
             Action::Pick(extremum, bits) => {
-                let (mut a, mut b) = (read(0), read(1));
+                let (mut a, mut b) = (*read(0), *read(1));
                 choose(extremum, bits, frame, activity, &mut a, &mut b);
-                octet::pick(extremum, [&a, &b, &read(2), &read(3)])
+                octet::pick(extremum, [&a, &b, read(2), read(3)])
             }
             Action::Wave(op, number) => {
                 let wave = &self.waves[number as usize];
-                wave.widened(octet::unary(op, &read(0)), frame, buffers)
+                wave.widened(&octet::unary(op, read(0)), frame, buffers)
             }
             Action::Oracle(oracle, bit) => {
                 let at = [0, 1, 2].map(read);
@@ -418,7 +421,7 @@ const LARGEST_SUM: f64 = 1e300;
 impl Wave {
     /// The range of the split form, given that of the source form.
     #[inline(never)]
-    fn widened(&self, source: Octet, frame: &Frame<'_>, buffers: &[Octet]) -> Octet {
+    fn widened(&self, source: &Octet, frame: &Frame<'_>, buffers: &[Octet]) -> Octet {
         let mut sums = [0.0; LANES];
         for (leaf, factors) in &self.terms {
             let mut magnitudes = frame.read(*leaf, buffers).magnitude();

@@ -46,7 +46,10 @@ impl Octet {
     pub(super) fn from_lanes(lane: impl Fn(usize) -> Interval) -> Self {
         let mut octet = Self::ZERO;
         for i in 0..LANES {
-            octet.set_lane(i, lane(i));
+            let value = lane(i);
+            octet.lo[i] = value.lo;
+            octet.hi[i] = value.hi;
+            octet.nan |= u8::from(value.nan) << i;
         }
         octet
     }
