@@ -73,6 +73,9 @@ pub struct BoxProgram {
     buffers: usize,
     /// By bit: the bit of the region around it.
     around: Vec<Option<u32>>,
+    /// The bits that have a bit around them.
+    nested: Vec<u64>,
+    words: usize,
     chains: Chains,
 }
 
@@ -106,9 +109,15 @@ impl UniformRanges {
 }
 
 impl BoxProgram {
-    /// The program of `schedule`, that of boxes of the source expression that was `lowered`.
+    /// The program of `schedule`, that of boxes of the source expression that was `lowered`, with
+    /// `words` words of activity a box.
     #[must_use]
-    pub fn new(schedule: &Schedule, leaves: &Leaves, graph: &Graph, lowered: &Lowered) -> Self {
+    pub fn new(
+        schedule: &Schedule,
+        leaves: &Leaves,
+        (graph, lowered): (&Graph, &Lowered),
+        words: usize,
+    ) -> Self {
         let tape = schedule.tape();
         let gathered = |p: Position| tape.axes(p).len() == 1 && leaves.has(tape.node(p));
         let positions: FxHashMap<NodeId, Position> =
@@ -141,12 +150,14 @@ impl BoxProgram {
                 code.push_op(schedule, p, &sources);
             }
         }
-        let mut around = Vec::new();
+        let mut around: Vec<Option<u32>> = vec![None; 64 * words];
+        let mut nested = vec![0; words];
         let regions = schedule.regions();
         for region in regions.inner() {
             if let Some(bit) = regions.bit(region) {
-                around.resize(around.len().max(bit as usize + 1), None);
                 around[bit as usize] = regions.bit(regions.parent(region));
+                let inner = u64::from(around[bit as usize].is_some());
+                nested[bit as usize / 64] |= inner << (bit % 64);
             }
         }
         let chains = Chains::new(schedule, lowered);
@@ -160,6 +171,8 @@ impl BoxProgram {
             buffers: allocation.counts.first().copied().unwrap_or(0) as usize,
             code,
             around,
+            nested,
+            words,
             chains,
         }
     }
@@ -174,21 +187,21 @@ impl BoxProgram {
         }
     }
 
-    /// Encloses the expression over at most eight boxes, `words` words of `activity` a box.
+    /// Encloses the expression over at most eight boxes.
     pub fn ranges(
         &self,
         workspace: &mut BoxWorkspace,
         (uniforms, levels): (&UniformRanges, &Levels),
         boxes: &[NodeBox],
-        words: usize,
         activity: &mut [u64],
         ranges: &mut [Interval],
     ) {
+        let words = self.words;
         let BoxWorkspace { buffers, leads, any, runs } = workspace;
         any.clear();
         any.resize(words, 0);
-        for (i, word) in activity.iter().enumerate() {
-            any[i % words.max(1)] |= word;
+        for own in activity.chunks_exact(words.max(1)) {
+            any.iter_mut().zip(own).for_each(|(any, own)| *any |= own);
         }
         select(&self.steps, any, runs);
         let mut rows: [[&[Interval]; LANES]; 3] = [[&[]; LANES]; 3];
@@ -219,12 +232,11 @@ impl BoxProgram {
     /// Clears the bits of regions inside dead ones; a region's bit follows that around it.
     fn inherit(&self, activity: &mut [u64]) {
         for word in 0..activity.len() {
-            let mut left = activity[word];
+            let mut left = activity[word] & self.nested[word];
             while left != 0 {
                 let bit = 64 * word + left.trailing_zeros() as usize;
                 left &= left - 1;
-                let around = self.around.get(bit).copied().flatten();
-                if around.is_some_and(|around| !is_set(activity, around)) {
+                if self.around[bit].is_some_and(|around| !is_set(activity, around)) {
                     activity[word] &= !(1 << (bit % 64));
                 }
             }
