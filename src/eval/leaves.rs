@@ -31,6 +31,14 @@ impl Leaves {
         leaves
     }
 
+    /// The leaves of an interval program.
+    #[must_use]
+    pub fn of_boxes(boxes: &Schedule) -> Self {
+        let mut leaves = Self::default();
+        leaves.collect(boxes, |_| true);
+        leaves
+    }
+
     /// Adds the values on at most one axis that others, or the outputs, are made from.
     fn collect(&mut self, schedule: &Schedule, tabulated: impl Fn(Position) -> bool) {
         let tape = schedule.tape();
@@ -79,10 +87,27 @@ impl Leaves {
         self.uniforms.len()
     }
 
+    /// The nodes that have a table along `axis`, by number.
+    #[must_use]
+    pub fn tables(&self, axis: Axis) -> &[NodeId] {
+        &self.tables[axis.index()]
+    }
+
     /// Number of tables along each axis.
     #[must_use]
     pub fn table_counts(&self) -> [usize; 3] {
         self.tables.each_ref().map(Vec::len)
+    }
+
+    /// The uniform values for the given parameters.
+    ///
+    /// # Errors
+    /// [`Failure`] of an oracle on no axis.
+    pub fn uniform_values(&self, graph: &Graph, parameters: &[f64]) -> Result<Vec<f64>, Failure> {
+        let mut uniforms = vec![0.0; self.uniforms.len()];
+        let mut out: Vec<&mut [f64]> = uniforms.chunks_mut(1).collect();
+        interpret::points(graph, &self.uniforms, [&[0.0]; 3], parameters, &mut out)?;
+        Ok(uniforms)
     }
 
     /// The values of the leaves for the given coordinates and parameters.
@@ -95,10 +120,7 @@ impl Leaves {
         coordinates: &[Vec<f64>; 3],
         parameters: &[f64],
     ) -> Result<LeafValues, Failure> {
-        let one = [0.0];
-        let mut uniforms = vec![0.0; self.uniforms.len()];
-        let mut out: Vec<&mut [f64]> = uniforms.chunks_mut(1).collect();
-        interpret::points(graph, &self.uniforms, [&one; 3], parameters, &mut out)?;
+        let uniforms = self.uniform_values(graph, parameters)?;
         let mut tables = [const { Vec::new() }; 3];
         for axis in Axis::ALL {
             let along = &coordinates[axis.index()];

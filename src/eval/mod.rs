@@ -4,9 +4,12 @@
 //! rendering see nothing else. Two engines implement it, the interpreter and the compiler, and
 //! return the same bits.
 
+pub mod balance;
+pub mod enclosure;
 pub mod interpret;
 pub mod jit;
 pub mod leaves;
+pub mod levels;
 pub mod lower;
 mod machine;
 pub mod program;

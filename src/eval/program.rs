@@ -4,8 +4,11 @@
 //! parameters. Binding it makes the tables of a grid; the [`Bound`] program answers the queries of
 //! [`Sampler`], from as many threads as ask, each with a workspace of its own.
 
+use super::balance::balance;
+use super::interpret::{BoxProgram, BoxWorkspace, UniformRanges};
 use super::jit::CompileError;
 use super::leaves::Leaves;
+use super::levels::Levels;
 use super::lower::{Lowered, lower};
 use super::machine::{Inputs, Machine, Memory};
 use super::regions::Bits;
@@ -46,6 +49,8 @@ pub struct Program(Arc<Parts>);
 struct Parts {
     bits: Bits,
     lowered: Lowered,
+    box_leaves: Leaves,
+    boxes: BoxProgram,
     leaves: Leaves,
     machine: Machine,
 }
@@ -56,8 +61,13 @@ impl Program {
     /// # Errors
     /// [`ProgramError::NoCompiler`] if the compiler is asked for and can't run.
     pub fn new(graph: &Graph, root: NodeId, engine: Engine) -> Result<Self, ProgramError> {
-        let bits = Bits::number(&Tape::new(graph, &[root]));
-        let mut lowered = lower(graph, root);
+        let (graph, root) = balance(graph, root);
+        let source = Tape::new(&graph, &[root]);
+        let bits = Bits::number(&source);
+        let mut lowered = lower(&graph, root);
+        let boxes = Schedule::boxes(&source, &bits);
+        let box_leaves = Leaves::of_boxes(&boxes);
+        let boxes = BoxProgram::new(&boxes, &box_leaves, &graph, &lowered);
         let slopes = Axis::ALL.map(|axis| derive::partial(&mut lowered.graph, lowered.root, axis));
         let lowered_bits = bits.through(|id| lowered.image(id));
         let tape = Tape::new(&lowered.graph, &[lowered.root]);
@@ -69,7 +79,7 @@ impl Program {
         let leaves = Leaves::new(&brick, &lines);
         let oracles = lowered.graph.oracles();
         let machine = Machine::new(engine, &brick, &lines, &leaves, oracles)?;
-        Ok(Self(Arc::new(Parts { bits, lowered, leaves, machine })))
+        Ok(Self(Arc::new(Parts { bits, lowered, box_leaves, boxes, leaves, machine })))
     }
 
     /// The expression that is sampled, in its graph: the lowered form of the program's own.
@@ -92,11 +102,9 @@ impl Program {
             assert!(table.len() % BRICK == 1, "a table has a multiple of sixteen nodes plus one");
         }
         let parts = Arc::clone(&self.0);
-        let graph = &parts.lowered.graph;
-        let values = parts.leaves.evaluate(graph, &coordinates, parameters);
-        let inputs = values.map(|v| parts.machine.inputs(v, &parts.leaves, graph.oracles()));
         let nodes = coordinates.each_ref().map(Vec::len);
-        Bound { parts, nodes, inputs }
+        let tables = Tables::new(&parts, &coordinates, parameters);
+        Bound { parts, nodes, tables }
     }
 }
 
@@ -105,19 +113,46 @@ impl Program {
 pub struct Bound {
     parts: Arc<Parts>,
     nodes: [usize; 3],
-    inputs: Result<Inputs, Failure>,
+    tables: Result<Tables, Failure>,
+}
+
+/// What is made when a program is bound.
+#[derive(Debug)]
+struct Tables {
+    inputs: Inputs,
+    uniforms: UniformRanges,
+    levels: Levels,
+}
+
+impl Tables {
+    fn new(
+        parts: &Parts,
+        coordinates: &[Vec<f64>; 3],
+        parameters: &[f64],
+    ) -> Result<Self, Failure> {
+        // The lowered graph holds the source's nodes too.
+        let graph = &parts.lowered.graph;
+        let uniforms = parts.box_leaves.uniform_values(graph, parameters)?;
+        let leaves = parts.leaves.evaluate(graph, coordinates, parameters)?;
+        Ok(Self {
+            inputs: parts.machine.inputs(leaves, &parts.leaves, graph.oracles()),
+            uniforms: UniformRanges::new(&uniforms),
+            levels: Levels::new(&parts.box_leaves, graph, coordinates, parameters)?,
+        })
+    }
 }
 
 /// Memory of one thread that queries a [`Bound`] program.
 #[derive(Debug)]
 pub struct Workspace {
+    boxes: BoxWorkspace,
     memory: Memory,
 }
 
 impl Bound {
-    /// The values made when the program was bound.
-    fn inputs(&self) -> Result<&Inputs, Failure> {
-        self.inputs.as_ref().map_err(Clone::clone)
+    /// What was made when the program was bound.
+    fn tables(&self) -> Result<&Tables, Failure> {
+        self.tables.as_ref().map_err(Clone::clone)
     }
 }
 
@@ -125,7 +160,7 @@ impl Sampler for Bound {
     type Workspace = Workspace;
 
     fn workspace(&self) -> Workspace {
-        Workspace { memory: self.parts.machine.memory() }
+        Workspace { boxes: self.parts.boxes.workspace(), memory: self.parts.machine.memory() }
     }
 
     fn nodes(&self) -> [usize; 3] {
@@ -138,12 +173,15 @@ impl Sampler for Bound {
 
     fn ranges(
         &self,
-        _workspace: &mut Workspace,
-        _boxes: &[NodeBox],
-        _activity: &mut [u64],
+        workspace: &mut Workspace,
+        boxes: &[NodeBox],
+        activity: &mut [u64],
         ranges: &mut [Interval],
     ) -> Result<(), Failure> {
-        ranges.fill(Interval::ANYTHING);
+        let Tables { uniforms, levels, .. } = self.tables()?;
+        let own = &mut workspace.boxes;
+        let words = self.activity_words();
+        self.parts.boxes.ranges(own, (uniforms, levels), boxes, words, activity, ranges);
         Ok(())
     }
 
@@ -154,8 +192,8 @@ impl Sampler for Bound {
         activity: &[u64],
         signs: &mut BrickSigns,
     ) -> Result<(), Failure> {
-        let memory = &mut workspace.memory;
-        self.parts.machine.signs(memory, self.inputs()?, brick, activity, signs)
+        let (memory, inputs) = (&mut workspace.memory, &self.tables()?.inputs);
+        self.parts.machine.signs(memory, inputs, brick, activity, signs)
     }
 
     fn values(
@@ -165,8 +203,8 @@ impl Sampler for Bound {
         activity: &[u64],
         values: &mut [f64; BRICK * BRICK * BRICK],
     ) -> Result<(), Failure> {
-        let memory = &mut workspace.memory;
-        self.parts.machine.values(memory, self.inputs()?, brick, activity, values)
+        let (memory, inputs) = (&mut workspace.memory, &self.tables()?.inputs);
+        self.parts.machine.values(memory, inputs, brick, activity, values)
     }
 
     fn line_begin(
@@ -177,8 +215,8 @@ impl Sampler for Bound {
         nodes: &[u16],
         activity: &[u64],
     ) -> Result<(), Failure> {
-        let memory = &mut workspace.memory;
-        self.parts.machine.line_begin(memory, self.inputs()?, axis, brick, nodes, activity)
+        let (memory, inputs) = (&mut workspace.memory, &self.tables()?.inputs);
+        self.parts.machine.line_begin(memory, inputs, axis, brick, nodes, activity)
     }
 
     fn line_ends(
@@ -187,7 +225,8 @@ impl Sampler for Bound {
         end: End,
         values: &mut [f64],
     ) -> Result<(), Failure> {
-        self.parts.machine.line_ends(&mut workspace.memory, self.inputs()?, end, values)
+        let (memory, inputs) = (&mut workspace.memory, &self.tables()?.inputs);
+        self.parts.machine.line_ends(memory, inputs, end, values)
     }
 
     fn line(
@@ -197,6 +236,7 @@ impl Sampler for Bound {
         values: &mut [f64],
         slopes: &mut [f64],
     ) -> Result<(), Failure> {
-        self.parts.machine.line(&mut workspace.memory, self.inputs()?, at, values, slopes)
+        let (memory, inputs) = (&mut workspace.memory, &self.tables()?.inputs);
+        self.parts.machine.line(memory, inputs, at, values, slopes)
     }
 }

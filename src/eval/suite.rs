@@ -29,6 +29,10 @@ macro_rules! conformance {
             $crate::eval::suite::periodic($engine);
         }
         #[test]
+        fn waves_far_away_conform() {
+            $crate::eval::suite::far_waves($engine);
+        }
+        #[test]
         fn set_operations_conform() {
             $crate::eval::suite::set_operations($engine);
         }
@@ -466,6 +470,33 @@ pub(crate) fn periodic(engine: Engine) {
     });
 }
 
+/// Waves over boxes so small and so far away that their ranges show the distance between the
+/// source form and the lowered one.
+pub(crate) fn far_waves(engine: Engine) {
+    let mut source = Source(17);
+    for i in 0..60 {
+        let mut graph = Graph::new();
+        let mut sum = graph.constant(source.within(-9.0, 9.0));
+        for coordinate in graph.point() {
+            let shift = graph.constant(source.within(-9.0, 9.0));
+            let frequency = graph.constant(source.within(-7.0, 7.0));
+            let term = graph.add(coordinate, shift);
+            let term = graph.mul(frequency, term);
+            sum = graph.sub(term, sum);
+        }
+        let scale = graph.parameter("scale", source.within(0.1, 9.0));
+        let sum = source.of(&[graph.mul(scale, sum), graph.div(sum, scale)]);
+        let root = graph.unary(source.of(&[Unary::Sin, Unary::Cos]), sum);
+        let far = 10f64.powi(source.below(6) as i32);
+        let coordinates = [(); 3].map(|()| {
+            let lo = far * source.within(-1.0, 1.0);
+            table(1, lo, lo + far * 1e-15)
+        });
+        let name = format!("far wave {i}");
+        check(engine, &Case { name, graph, root, coordinates }, &mut source);
+    }
+}
+
 /// Distance to a ball, by formula.
 fn ball(graph: &mut Graph, center: [f64; 3], radius: f64) -> NodeId {
     let at = graph.point();
@@ -672,5 +703,91 @@ pub(crate) fn failures(engine: Engine) {
         let begun = bound.line_begin(&mut workspace, Axis::X, [0; 3], &[0, 1], &[]);
         let ends = begun.and_then(|()| bound.line_ends(&mut workspace, End::Lower, &mut [0.0; 2]));
         assert!(ends.is_err());
+    }
+}
+
+#[test]
+#[ignore = "prints timings, 3 seconds"]
+fn timings_of_the_interpreter() {
+    let seconds = |work: &mut dyn FnMut()| {
+        let mut best = f64::INFINITY;
+        for _ in 0..5 {
+            let start = std::time::Instant::now();
+            work();
+            best = best.min(start.elapsed().as_secs_f64());
+        }
+        best
+    };
+    let angles: [&[(usize, f64)]; 3] = [&[], &[(2, 0.3)], &[(2, 0.3), (0, 1.1)]];
+    for turns in angles {
+        let mut graph = Graph::new();
+        let mut at = graph.point();
+        for &(about, angle) in turns {
+            at = turned(&mut graph, at, about, angle);
+        }
+        let field = gyroid(&mut graph, at);
+        let cube = cube(&mut graph, 1.0);
+        let root = graph.max(field, cube);
+        let program = Program::new(&graph, root, Engine::Interpreter).unwrap();
+        let made = seconds(&mut || {
+            Program::new(&graph, root, Engine::Interpreter).unwrap();
+        });
+        let tables = [(); 3].map(|()| table(8, -1.0, 1.0));
+        let bound = program.bind(tables.clone(), &[]);
+        let bind = seconds(&mut || {
+            let _ = program.bind(tables.clone(), &[]);
+        });
+        let mut workspace = bound.workspace();
+        let everything = vec![u64::MAX; bound.activity_words()];
+        let mut signs = [0; 256];
+        let mut bricks = |activity: &[u64]| {
+            seconds(&mut || {
+                for i in 0..512u32 {
+                    let brick = [i % 8, i / 8 % 8, i / 64];
+                    bound.signs(&mut workspace, brick, activity, &mut signs).unwrap();
+                }
+            }) / 512.0
+                / 4096.0
+        };
+        let samples = bricks(&everything);
+        let interior = bricks(&[!2]);
+        let mut workspace = bound.workspace();
+        let mut ranges = [Interval::ANYTHING; 8];
+        let boxes = seconds(&mut || {
+            for i in 0..64u32 {
+                let mut activity = vec![u64::MAX; 8 * bound.activity_words()];
+                let own: Vec<NodeBox> =
+                    (0..8).map(|x| NodeBox { level: 0, index: [x, i % 8, i / 8] }).collect();
+                bound.ranges(&mut workspace, &own, &mut activity, &mut ranges).unwrap();
+            }
+        }) / 512.0;
+        let nodes: Vec<u16> = (0..256).collect();
+        let (mut values, mut slopes) = ([0.0; 256], [0.0; 256]);
+        let at = [0.01; 256];
+        let lines = Axis::ALL.map(|axis| {
+            bound.line_begin(&mut workspace, axis, [3; 3], &nodes, &everything).unwrap();
+            seconds(&mut || {
+                bound.line(&mut workspace, &at, &mut values, &mut slopes).unwrap();
+            }) / 256.0
+        });
+        let begin = seconds(&mut || {
+            bound.line_begin(&mut workspace, Axis::X, [3; 3], &nodes, &everything).unwrap();
+            bound.line_ends(&mut workspace, End::Lower, &mut values).unwrap();
+            bound.line_ends(&mut workspace, End::Upper, &mut values).unwrap();
+        }) / 256.0;
+        eprintln!(
+            "gyroid in a box, {} turns: {:.2} ns/sample ({:.2} gyroid alone), {:.1} ns/box, \
+             line {:.1} {:.1} {:.1} ns, begin and ends {:.1} ns, program {:.2} ms, bind {:.2} ms",
+            turns.len(),
+            1e9 * samples,
+            1e9 * interior,
+            1e9 * boxes,
+            1e9 * lines[0],
+            1e9 * lines[1],
+            1e9 * lines[2],
+            1e9 * begin,
+            1e3 * made,
+            1e3 * bind,
+        );
     }
 }

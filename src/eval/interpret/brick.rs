@@ -14,6 +14,7 @@ use crate::eval::schedule::{Schedule, Step, brick};
 use crate::eval::tape::{Op, Position};
 use crate::expr::{AxisSet, Failure, Oracle, Output, Queries};
 use crate::geom::Axis;
+use crate::num::lanes as host;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -27,8 +28,7 @@ pub struct BrickProgram {
     once: Vec<Step>,
     plane: Vec<Step>,
     output: Source,
-    planes: usize,
-    edges: usize,
+    buffers: usize,
 }
 
 /// An oracle that is asked once a brick.
@@ -73,11 +73,8 @@ impl BrickProgram {
             let computed = tape.axes(p).len() >= 2 && volume_of[p.index()].is_none();
             computed.then(|| usize::from(shape(p) != Shape::Plane))
         };
-        let mut keep: Vec<bool> = tape.positions().map(|p| flat(&p)).collect();
-        for &p in tape.outputs() {
-            keep[p.index()] = true;
-        }
-        let allocation = allocate(tape, pool, |p| keep[p.index()]);
+        let output = tape.output_flags();
+        let allocation = allocate(tape, pool, |p| output[p.index()] || flat(&p));
         let planes = allocation.counts.first().copied().unwrap_or(0);
         let edges = allocation.counts.get(1).copied().unwrap_or(0);
         let sources: Vec<Source> = (tape.positions())
@@ -129,18 +126,15 @@ impl BrickProgram {
             instructions,
             calls,
             volumes,
-            planes: planes as usize,
-            edges: edges as usize,
+            buffers: (planes + edges) as usize,
         }
     }
 
     /// Fresh memory for one thread.
     #[must_use]
     pub fn workspace(&self) -> BrickWorkspace {
-        let planes = (0..self.planes).map(|_| vec![0.0; PLANE]);
-        let edges = (0..self.edges).map(|_| vec![0.0; BRICK]);
         BrickWorkspace {
-            buffers: planes.chain(edges).collect(),
+            buffers: vec![Vec::new(); self.buffers],
             volumes: vec![vec![0.0; PLANE * BRICK]; self.volumes.len()],
             ..BrickWorkspace::default()
         }
@@ -160,7 +154,7 @@ impl BrickProgram {
     ) -> Result<(), Failure> {
         self.planes(workspace, leaves, first, activity, |z, view| {
             let words = &mut signs[z * BRICK..][..BRICK];
-            pulp::Arch::new().dispatch(
+            host::dispatch(
                 #[inline(always)]
                 || pack(view, words),
             );

@@ -6,6 +6,7 @@
 //! the caller, so that it compiles to the instructions that the caller has chosen.
 
 use crate::expr::{Binary, Extremum, Unary};
+use crate::num::lanes as wide;
 
 /// Lanes of a row.
 pub(super) const ROW: usize = 16;
@@ -130,18 +131,42 @@ pub(super) fn unary(op: Unary, a: View<'_>, out: &mut [f64]) {
         | Unary::Sinh
         | Unary::Cosh
         | Unary::Tanh
-        | Unary::Log10 => {
-            a.copy_to(out);
-            function(op, out);
-        }
+        | Unary::Log10 => function(op, a, out),
     }
 }
 
-/// A function applied in place.
+/// A function of code of its own.
 #[inline(never)]
-fn function(op: Unary, values: &mut [f64]) {
-    for value in values {
-        *value = op.apply(*value);
+fn function(op: Unary, a: View<'_>, out: &mut [f64]) {
+    let mut copy = [0.0; 256];
+    let x = match a {
+        View::Rows { values, stride } if stride == ROW || out.len() <= ROW => &values[..out.len()],
+        View::Rows { .. } | View::Splat { .. } => {
+            a.copy_to(&mut copy[..out.len()]);
+            &copy[..out.len()]
+        }
+    };
+    match op {
+        Unary::Sin => wide::sin(x, out),
+        Unary::Cos => wide::cos(x, out),
+        Unary::Exp => wide::exp(x, out),
+        Unary::Log => wide::log(x, out),
+        Unary::Neg
+        | Unary::Abs
+        | Unary::Sign
+        | Unary::Sqrt
+        | Unary::Floor
+        | Unary::Ceil
+        | Unary::Round
+        | Unary::Cbrt
+        | Unary::Tan
+        | Unary::Asin
+        | Unary::Acos
+        | Unary::Atan
+        | Unary::Sinh
+        | Unary::Cosh
+        | Unary::Tanh
+        | Unary::Log10 => wide::map(|x| op.apply(x), x, out),
     }
 }
 

@@ -4,13 +4,16 @@
 //! for compiling. Programs hoist what they can: values on one axis come from tables made once for
 //! a grid, values on two axes are made once a brick or once a plane.
 
+mod boxes;
 mod brick;
 mod buffers;
 mod code;
 mod lanes;
 mod line;
+mod octet;
 mod points;
 
+pub use boxes::{BoxProgram, BoxWorkspace, UniformRanges, enclose};
 pub use brick::{BrickProgram, BrickWorkspace};
 pub use line::{LineProgram, LineWorkspace};
 pub use points::points;

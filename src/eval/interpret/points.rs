@@ -29,7 +29,7 @@ pub fn points(
     // Every operation is computed, in depth-first order, without regions.
     let schedule = Schedule::plain(&tape);
     let tape = schedule.tape();
-    let keep: Vec<bool> = tape.positions().map(|p| tape.outputs().contains(&p)).collect();
+    let keep = tape.output_flags();
     let constant = |p: Position| matches!(tape.op(p), Op::Constant(_) | Op::Parameter(_));
     let allocation = allocate(tape, |p| (!constant(p)).then_some(0), |p| keep[p.index()]);
     let mut leaves = LeafValues::default();
@@ -58,7 +58,7 @@ pub fn points(
     let instructions: Vec<_> =
         (tape.positions()).map(|p| layout.instruction(p, graph.oracles(), &mut calls)).collect();
     let count = allocation.counts.first().copied().unwrap_or(0);
-    let mut buffers = vec![vec![0.0; PLANE]; count as usize];
+    let mut buffers = vec![Vec::new(); count as usize];
     let total = out.first().map_or(0, |values| values.len());
     for start in (0..total).step_by(PLANE) {
         let lanes = PLANE.min(total - start);
@@ -76,8 +76,9 @@ pub fn points(
             if let (Op::Coordinate(axis), Source::Buffer(buffer, _)) =
                 (tape.op(p), layout.sources[p.index()])
             {
-                buffers[buffer as usize][..lanes]
-                    .copy_from_slice(&at[axis.index()][start..start + lanes]);
+                let buffer = &mut buffers[buffer as usize];
+                buffer.resize(PLANE, 0.0);
+                buffer[..lanes].copy_from_slice(&at[axis.index()][start..start + lanes]);
             } else {
                 let run = p.index()..p.index() + 1;
                 code::run(&instructions, &[run], &calls, &frame, &mut buffers)?;

@@ -1,0 +1,229 @@
+//! Eight enclosures at a time, structure of arrays.
+//!
+//! The operators that fields are made of are written out over eight lanes for operands that are
+//! finite; everything else goes lane by lane through [`enclosure`]. The results are the same.
+
+use crate::eval::enclosure;
+use crate::expr::{Binary, Extremum, Unary};
+use crate::num::{Interval, elementary};
+
+/// Lanes of an octet.
+pub(super) const LANES: usize = 8;
+
+/// Eight enclosures.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Octet {
+    lo: [f64; LANES],
+    hi: [f64; LANES],
+    /// Bit `i` is set where lane `i` may be NaN.
+    nan: u8,
+}
+
+impl Octet {
+    pub(super) const ZERO: Self = Self { lo: [0.0; LANES], hi: [0.0; LANES], nan: 0 };
+
+    pub(super) fn splat(value: Interval) -> Self {
+        Self {
+            lo: [value.lo; LANES],
+            hi: [value.hi; LANES],
+            nan: if value.nan { u8::MAX } else { 0 },
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn lane(&self, i: usize) -> Interval {
+        Interval { lo: self.lo[i], hi: self.hi[i], nan: self.nan >> i & 1 == 1 }
+    }
+
+    #[inline(always)]
+    pub(super) fn set_lane(&mut self, i: usize, value: Interval) {
+        self.lo[i] = value.lo;
+        self.hi[i] = value.hi;
+        self.nan = self.nan & !(1 << i) | u8::from(value.nan) << i;
+    }
+
+    #[inline(always)]
+    pub(super) fn from_lanes(lane: impl Fn(usize) -> Interval) -> Self {
+        let mut octet = Self::ZERO;
+        for i in 0..LANES {
+            octet.set_lane(i, lane(i));
+        }
+        octet
+    }
+
+    /// The largest magnitude in each lane.
+    #[inline(always)]
+    pub(super) fn magnitude(&self) -> [f64; LANES] {
+        std::array::from_fn(|i| greater(self.lo[i].abs(), self.hi[i].abs()))
+    }
+
+    #[inline(always)]
+    fn is_finite(&self) -> bool {
+        let mut finite = true;
+        for i in 0..LANES {
+            finite &= self.lo[i] > f64::NEG_INFINITY && self.hi[i] < f64::INFINITY;
+        }
+        finite
+    }
+
+    #[inline(always)]
+    fn ends(&self, f: impl Fn(f64, f64) -> (f64, f64)) -> Self {
+        let mut out = *self;
+        for i in 0..LANES {
+            (out.lo[i], out.hi[i]) = f(self.lo[i], self.hi[i]);
+        }
+        out
+    }
+
+    #[inline(always)]
+    fn zip(&self, other: &Self, f: impl Fn(f64, f64, f64, f64) -> (f64, f64)) -> Self {
+        let mut out = Self { nan: self.nan | other.nan, ..*self };
+        for i in 0..LANES {
+            (out.lo[i], out.hi[i]) = f(self.lo[i], self.hi[i], other.lo[i], other.hi[i]);
+        }
+        out
+    }
+}
+
+#[inline(always)]
+fn lesser(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
+}
+
+#[inline(always)]
+fn greater(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
+}
+
+/// Encloses an operator of one operand.
+#[inline(always)]
+pub(super) fn unary(op: Unary, a: &Octet) -> Octet {
+    match op {
+        Unary::Neg => a.ends(|lo, hi| (-hi, -lo)),
+        Unary::Abs => a.ends(|lo, hi| (greater(greater(lo, -hi), 0.0), greater(hi, -lo))),
+        Unary::Sqrt if a.lo.iter().all(|lo| *lo >= 0.0) => a.ends(|lo, hi| (lo.sqrt(), hi.sqrt())),
+        Unary::Sin => wave(a, elementary::sin, Interval::sin_between),
+        Unary::Cos => wave(a, elementary::cos, Interval::cos_between),
+        Unary::Sign
+        | Unary::Sqrt
+        | Unary::Cbrt
+        | Unary::Floor
+        | Unary::Ceil
+        | Unary::Round
+        | Unary::Tan
+        | Unary::Asin
+        | Unary::Acos
+        | Unary::Atan
+        | Unary::Sinh
+        | Unary::Cosh
+        | Unary::Tanh
+        | Unary::Exp
+        | Unary::Log
+        | Unary::Log10 => each_unary(op, a),
+    }
+}
+
+#[inline(never)]
+fn each_unary(op: Unary, a: &Octet) -> Octet {
+    Octet::from_lanes(|i| enclosure::unary(op, a.lane(i)))
+}
+
+#[inline(always)]
+fn wave(
+    a: &Octet,
+    function: impl Fn(f64) -> f64,
+    between: impl Fn(Interval, f64, f64) -> Interval,
+) -> Octet {
+    let ends = a.ends(|lo, hi| (function(lo), function(hi)));
+    Octet::from_lanes(|i| between(a.lane(i), ends.lo[i], ends.hi[i]))
+}
+
+/// Encloses the product of a value with itself.
+#[inline(always)]
+pub(super) fn square(a: &Octet) -> Octet {
+    unary(Unary::Abs, a).ends(|lo, hi| (lo * lo, hi * hi))
+}
+
+/// Encloses an operator of two operands.
+#[inline(always)]
+pub(super) fn binary(op: Binary, a: &Octet, b: &Octet) -> Octet {
+    let finite = || a.is_finite() && b.is_finite();
+    match op {
+        Binary::Add if finite() => a.zip(b, |al, ah, bl, bh| (al + bl, ah + bh)),
+        Binary::Sub if finite() => a.zip(b, |al, ah, bl, bh| (al - bh, ah - bl)),
+        Binary::Mul if finite() => a.zip(b, |al, ah, bl, bh| {
+            let (p, q, r, s) = (al * bl, al * bh, ah * bl, ah * bh);
+            (lesser(lesser(p, q), lesser(r, s)), greater(greater(p, q), greater(r, s)))
+        }),
+        Binary::Min if a.nan == 0 => {
+            Octet { nan: b.nan, ..a.zip(b, |al, ah, bl, bh| (lesser(al, bl), lesser(ah, bh))) }
+        }
+        Binary::Max if a.nan == 0 => {
+            Octet { nan: b.nan, ..a.zip(b, |al, ah, bl, bh| (greater(al, bl), greater(ah, bh))) }
+        }
+        Binary::Add
+        | Binary::Sub
+        | Binary::Mul
+        | Binary::Div
+        | Binary::Min
+        | Binary::Max
+        | Binary::Mod
+        | Binary::Pow
+        | Binary::Atan2
+        | Binary::Hypot => each_binary(op, a, b),
+    }
+}
+
+#[inline(never)]
+fn each_binary(op: Binary, a: &Octet, b: &Octet) -> Octet {
+    Octet::from_lanes(|i| enclosure::binary(op, a.lane(i), b.lane(i)))
+}
+
+/// Encloses a pick.
+#[inline(never)]
+pub(super) fn pick(extremum: Extremum, operands: [&Octet; 4]) -> Octet {
+    Octet::from_lanes(|i| enclosure::pick(extremum, operands.map(|o| o.lane(i))))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::expr::probe::Source;
+
+    fn spicy(source: &mut Source) -> Octet {
+        let lanes: Vec<Interval> = (0..LANES)
+            .map(|_| {
+                let (a, b) = (source.spicy(), source.spicy());
+                let near = if source.below(3) == 0 { a } else { b };
+                Interval { nan: source.below(4) == 0, ..Interval::new(a.min(near), a.max(near)) }
+            })
+            .collect();
+        Octet::from_lanes(|i| lanes[i])
+    }
+
+    #[test]
+    fn octets_agree_with_single_enclosures() {
+        let mut source = Source(3);
+        let finite = |i: Interval| Interval::new(i.lo.max(-1e300), i.hi.min(1e300));
+        for round in 0..20_000 {
+            let [mut a, mut b] = [(); 2].map(|()| spicy(&mut source));
+            if round % 2 == 0 {
+                let (c, d) = (a, b);
+                a = Octet::from_lanes(|i| finite(c.lane(i)));
+                b = Octet::from_lanes(|i| finite(d.lane(i)));
+            }
+            for op in Binary::ALL {
+                let out = binary(op, &a, &b);
+                for i in 0..LANES {
+                    assert_eq!(out.lane(i), enclosure::binary(op, a.lane(i), b.lane(i)), "{op:?}");
+                }
+            }
+            let (op, squares) = (source.of(&Unary::ALL), square(&a));
+            let out = unary(op, &a);
+            for i in 0..LANES {
+                assert_eq!(out.lane(i), enclosure::unary(op, a.lane(i)), "{op:?}");
+                assert_eq!(squares.lane(i), a.lane(i).square());
+            }
+        }
+    }
+}
