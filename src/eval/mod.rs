@@ -7,9 +7,11 @@
 pub mod balance;
 pub mod enclosure;
 pub mod interpret;
+pub mod jit;
 pub mod leaves;
 pub mod levels;
 pub mod lower;
+mod machine;
 pub mod program;
 pub mod regions;
 pub mod sampler;

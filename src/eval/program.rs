@@ -5,11 +5,12 @@
 //! [`Sampler`], from as many threads as ask, each with a workspace of its own.
 
 use super::balance::balance;
-use super::interpret::{BoxProgram, BoxWorkspace, BrickProgram, BrickWorkspace};
-use super::interpret::{LineProgram, LineWorkspace, UniformRanges};
-use super::leaves::{LeafValues, Leaves};
+use super::interpret::{BoxProgram, BoxWorkspace, UniformRanges};
+use super::jit::CompileError;
+use super::leaves::Leaves;
 use super::levels::Levels;
 use super::lower::{Lowered, lower};
+use super::machine::{Inputs, Machine, Memory};
 use super::regions::Bits;
 use super::sampler::{BRICK, BrickSigns, End, NodeBox, Sampler};
 use super::schedule::Schedule;
@@ -32,14 +33,11 @@ pub enum Engine {
 }
 
 /// Why a program could not be made.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Debug, thiserror::Error)]
 pub enum ProgramError {
     /// The compiler can't run here.
-    #[error("this host has no compiled engine ({cause}); use the interpreter")]
-    NoCompiler {
-        /// What the compiler lacks.
-        cause: String,
-    },
+    #[error("the compiled engine can't run this; use the interpreter")]
+    NoCompiler(#[from] CompileError),
 }
 
 /// An expression ready to be evaluated.
@@ -54,8 +52,7 @@ struct Parts {
     box_leaves: Leaves,
     boxes: BoxProgram,
     leaves: Leaves,
-    brick: BrickProgram,
-    lines: [LineProgram; 3],
+    machine: Machine,
 }
 
 impl Program {
@@ -64,12 +61,6 @@ impl Program {
     /// # Errors
     /// [`ProgramError::NoCompiler`] if the compiler is asked for and can't run.
     pub fn new(graph: &Graph, root: NodeId, engine: Engine) -> Result<Self, ProgramError> {
-        match engine {
-            Engine::Interpreter | Engine::Automatic => {}
-            Engine::Compiled => {
-                return Err(ProgramError::NoCompiler { cause: "it is not built in".to_owned() });
-            }
-        }
         let (graph, root) = balance(graph, root);
         let source = Tape::new(&graph, &[root]);
         let bits = Bits::number(&source);
@@ -87,10 +78,8 @@ impl Program {
         });
         let leaves = Leaves::new(&brick, &lines);
         let oracles = lowered.graph.oracles();
-        let brick = BrickProgram::new(&brick, &leaves, oracles);
-        let lines =
-            Axis::ALL.map(|axis| LineProgram::new(&lines[axis.index()], &leaves, oracles, axis));
-        Ok(Self(Arc::new(Parts { bits, lowered, box_leaves, boxes, leaves, brick, lines })))
+        let machine = Machine::new(engine, &brick, &lines, &leaves, oracles)?;
+        Ok(Self(Arc::new(Parts { bits, lowered, box_leaves, boxes, leaves, machine })))
     }
 
     /// The expression that is sampled, in its graph: the lowered form of the program's own.
@@ -130,7 +119,7 @@ pub struct Bound {
 /// What is made when a program is bound.
 #[derive(Debug)]
 struct Tables {
-    leaves: LeafValues,
+    inputs: Inputs,
     uniforms: UniformRanges,
     levels: Levels,
 }
@@ -144,8 +133,9 @@ impl Tables {
         // The lowered graph holds the source's nodes too.
         let graph = &parts.lowered.graph;
         let uniforms = parts.box_leaves.uniform_values(graph, parameters)?;
+        let leaves = parts.leaves.evaluate(graph, coordinates, parameters)?;
         Ok(Self {
-            leaves: parts.leaves.evaluate(graph, coordinates, parameters)?,
+            inputs: parts.machine.inputs(leaves, &parts.leaves, graph.oracles()),
             uniforms: UniformRanges::new(&uniforms),
             levels: Levels::new(&parts.box_leaves, graph, coordinates, parameters)?,
         })
@@ -156,9 +146,7 @@ impl Tables {
 #[derive(Debug)]
 pub struct Workspace {
     boxes: BoxWorkspace,
-    brick: BrickWorkspace,
-    lines: [LineWorkspace; 3],
-    axis: Axis,
+    memory: Memory,
 }
 
 impl Bound {
@@ -168,21 +156,11 @@ impl Bound {
     }
 }
 
-/// The least node of a brick.
-fn first(brick: [u32; 3]) -> [usize; 3] {
-    brick.map(|b| b as usize * BRICK)
-}
-
 impl Sampler for Bound {
     type Workspace = Workspace;
 
     fn workspace(&self) -> Workspace {
-        Workspace {
-            boxes: self.parts.boxes.workspace(),
-            brick: self.parts.brick.workspace(),
-            lines: self.parts.lines.each_ref().map(LineProgram::workspace),
-            axis: Axis::X,
-        }
+        Workspace { boxes: self.parts.boxes.workspace(), memory: self.parts.machine.memory() }
     }
 
     fn nodes(&self) -> [usize; 3] {
@@ -213,8 +191,8 @@ impl Sampler for Bound {
         activity: &[u64],
         signs: &mut BrickSigns,
     ) -> Result<(), Failure> {
-        let leaves = &self.tables()?.leaves;
-        self.parts.brick.signs(&mut workspace.brick, leaves, first(brick), activity, signs)
+        let (memory, inputs) = (&mut workspace.memory, &self.tables()?.inputs);
+        self.parts.machine.signs(memory, inputs, brick, activity, signs)
     }
 
     fn values(
@@ -224,8 +202,8 @@ impl Sampler for Bound {
         activity: &[u64],
         values: &mut [f64; BRICK * BRICK * BRICK],
     ) -> Result<(), Failure> {
-        let leaves = &self.tables()?.leaves;
-        self.parts.brick.values(&mut workspace.brick, leaves, first(brick), activity, values)
+        let (memory, inputs) = (&mut workspace.memory, &self.tables()?.inputs);
+        self.parts.machine.values(memory, inputs, brick, activity, values)
     }
 
     fn line_begin(
@@ -236,15 +214,8 @@ impl Sampler for Bound {
         nodes: &[u16],
         activity: &[u64],
     ) -> Result<(), Failure> {
-        workspace.axis = axis;
-        let own = &mut workspace.lines[axis.index()];
-        self.parts.lines[axis.index()].begin(
-            own,
-            &self.tables()?.leaves,
-            first(brick),
-            nodes,
-            activity,
-        )
+        let (memory, inputs) = (&mut workspace.memory, &self.tables()?.inputs);
+        self.parts.machine.line_begin(memory, inputs, axis, brick, nodes, activity)
     }
 
     fn line_ends(
@@ -253,8 +224,8 @@ impl Sampler for Bound {
         end: End,
         values: &mut [f64],
     ) -> Result<(), Failure> {
-        let axis = workspace.axis.index();
-        self.parts.lines[axis].ends(&mut workspace.lines[axis], &self.tables()?.leaves, end, values)
+        let (memory, inputs) = (&mut workspace.memory, &self.tables()?.inputs);
+        self.parts.machine.line_ends(memory, inputs, end, values)
     }
 
     fn line(
@@ -264,8 +235,7 @@ impl Sampler for Bound {
         values: &mut [f64],
         slopes: &mut [f64],
     ) -> Result<(), Failure> {
-        let axis = workspace.axis.index();
-        let own = &mut workspace.lines[axis];
-        self.parts.lines[axis].between(own, &self.tables()?.leaves, at, values, slopes)
+        let (memory, inputs) = (&mut workspace.memory, &self.tables()?.inputs);
+        self.parts.machine.line(memory, inputs, at, values, slopes)
     }
 }

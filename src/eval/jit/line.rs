@@ -1,0 +1,334 @@
+//! Programs over batches of grid edges along one axis.
+//!
+//! In a batch the other two coordinates are fixed: what depends on those alone is gathered from
+//! tables, and computed, when the batch begins. What depends on the axis alone is gathered at the
+//! ends of the edges and computed in between, by the same operations. Everything is a loop over
+//! up to 256 lanes.
+
+use super::CompileError;
+use super::action::{Action, Emit, Fill, Gather, Run, actions};
+use super::assembly::Assembly;
+use super::body::{Body, Index, Pointer};
+use super::call::{Arguments, Base};
+use super::calls::{Call, Operand, PLANE, Source, Spread};
+use super::flow::{self, Flow, Kind, Segment};
+use super::layout::{self, Home, Users};
+use super::segment::{Access, LANES, Lanes};
+use crate::eval::leaves::Leaves;
+use crate::eval::schedule::{Schedule, line};
+use crate::eval::tape::{Op, Position};
+use crate::expr::{AxisSet, Failure};
+use crate::geom::Axis;
+use rustc_hash::FxHashSet;
+use std::ops::Range;
+
+/// Vectors that a loop computes in a round.
+const VECTORS: usize = 1;
+/// Lanes of a round.
+const ROUND: usize = VECTORS * LANES;
+/// Rounds in a full batch.
+const ROUNDS: usize = PLANE / ROUND;
+
+/// A compiled program over edges along one axis.
+#[derive(Debug)]
+pub(super) struct Line {
+    begin: Vec<Action>,
+    ends: Vec<Action>,
+    between: Vec<Action>,
+    /// Where the coordinates along the axis go.
+    coordinate: Option<usize>,
+    value: Home,
+    slope: Home,
+    /// Numbers of scratch memory.
+    pub(super) scratch: usize,
+}
+
+impl Line {
+    /// Compiles the program of `schedule`, whose tape yields the value and its derivative along
+    /// `axis`, into `assembly`.
+    pub(super) fn compile(
+        assembly: &mut Assembly,
+        schedule: &Schedule,
+        leaves: &Leaves,
+        axis: Axis,
+    ) -> Result<Self, CompileError> {
+        let plan = Plan::new(schedule, leaves, axis);
+        let Plan { begin, ends, between, .. } = &plan;
+        let mut part = Part { plan: &plan, assembly, flow: begin };
+        let begin = actions(begin, &mut part, false)?;
+        let mut part = Part { flow: ends, ..part };
+        let ends = actions(ends, &mut part, false)?;
+        let mut part = Part { flow: between, ..part };
+        let between = actions(between, &mut part, false)?;
+        let tape = schedule.tape();
+        let home = |p: Position| plan.homes[p.index()];
+        let coordinate = tape.positions().find(|p| tape.op(*p) == Op::Coordinate(axis));
+        Ok(Self {
+            begin,
+            ends,
+            between,
+            coordinate: coordinate.map(home).and_then(Home::buffer),
+            value: home(tape.outputs()[0]),
+            slope: home(tape.outputs()[1]),
+            scratch: plan.scratch,
+        })
+    }
+
+    /// Sets up a batch.
+    pub(super) fn begin(
+        &self,
+        run: &mut Run<'_>,
+        arguments: &mut Arguments<'_>,
+    ) -> Result<(), Failure> {
+        run.actions(&self.begin, arguments, rounds(run.lanes))
+    }
+
+    /// Values at the nodes that the run looks at.
+    pub(super) fn ends(
+        &self,
+        run: &mut Run<'_>,
+        arguments: &mut Arguments<'_>,
+        values: &mut [f64],
+    ) -> Result<(), Failure> {
+        run.actions(&self.ends, arguments, rounds(run.lanes))?;
+        read(self.value, arguments, values);
+        Ok(())
+    }
+
+    /// Values and derivatives at the coordinates `at`.
+    pub(super) fn between(
+        &self,
+        run: &mut Run<'_>,
+        arguments: &mut Arguments<'_>,
+        at: &[f64],
+        values: &mut [f64],
+        slopes: &mut [f64],
+    ) -> Result<(), Failure> {
+        if let Some(first) = self.coordinate {
+            arguments.scratch[first..][..at.len()].copy_from_slice(at);
+        }
+        run.actions(&self.between, arguments, rounds(run.lanes))?;
+        read(self.value, arguments, values);
+        read(self.slope, arguments, slopes);
+        Ok(())
+    }
+}
+
+/// The rounds that cover `lanes` lanes; at least one.
+fn rounds(lanes: usize) -> Range<usize> {
+    0..lanes.div_ceil(ROUND).max(1)
+}
+
+/// Copies a result out.
+fn read(home: Home, arguments: &Arguments<'_>, out: &mut [f64]) {
+    match home {
+        Home::Constant(value) => out.fill(value),
+        Home::Uniform(number) => out.fill(arguments.uniforms[number]),
+        Home::Buffer(first) => out.copy_from_slice(&arguments.scratch[first..][..out.len()]),
+        Home::Register | Home::Table(..) | Home::Volume(_) => {
+            unreachable!("results over lanes are kept in buffers")
+        }
+    }
+}
+
+/// What the generation of code needs to know of a program.
+struct Plan<'a> {
+    schedule: &'a Schedule,
+    leaves: &'a Leaves,
+    users: Users,
+    homes: Vec<Home>,
+    begin: Flow,
+    ends: Flow,
+    between: Flow,
+    scratch: usize,
+}
+
+impl<'a> Plan<'a> {
+    fn new(schedule: &'a Schedule, leaves: &'a Leaves, axis: Axis) -> Self {
+        let tape = schedule.tape();
+        let users = Users::new(tape);
+        let is_output = |p: Position| tape.outputs().contains(&p);
+        // Values on the axis alone are in tables where others, or the result, are made from them.
+        let fixed = schedule.stage(line::FIXED).filter(|&p| {
+            is_output(p) || users.of(p).iter().any(|user| tape.axes(*user) != tape.axes(p))
+        });
+        let kind = |p: Position| match tape.axes(p) {
+            axes if axes.len() == 1 && !axes.contains(axis) => Kind::Gather,
+            _ if flow::is_call(tape.op(p)) => Kind::Call,
+            _ => Kind::Loop(AxisSet::ALL),
+        };
+        let begin = Flow::new(schedule, fixed.chain(schedule.stage(line::BATCH)), kind);
+        let along = schedule.stage(line::ALONG);
+        let along = along.filter(|p| !matches!(tape.op(*p), Op::Coordinate(_)));
+        let between = Flow::new(schedule, along.chain(schedule.stage(line::CORE)), kind);
+        let valued = valued(schedule);
+        let core: FxHashSet<Position> =
+            schedule.stage(line::CORE).filter(|p| valued[p.index()]).collect();
+        let read = schedule.stage(line::ALONG).filter(|&p| {
+            p == tape.outputs()[0] || users.of(p).iter().any(|user| core.contains(user))
+        });
+        let read: Vec<Position> = read.filter(|p| valued[p.index()]).collect();
+        let valued_core = schedule.stage(line::CORE).filter(|p| core.contains(p));
+        let ends = Flow::new(schedule, read.iter().copied().chain(valued_core), |p| {
+            if tape.axes(p).len() == 1 { Kind::Gather } else { kind(p) }
+        });
+        let homes = vec![Home::Register; tape.len()];
+        let mut plan = Self { schedule, leaves, users, homes, begin, ends, between, scratch: 0 };
+        plan.house(&read);
+        plan
+    }
+
+    /// Gives every value its home; those at `read` are gathered at the ends.
+    fn house(&mut self, read: &[Position]) {
+        let tape = self.schedule.tape();
+        for p in tape.positions().filter(|p| tape.axes(*p).is_empty()) {
+            if let Op::Constant(bits) = tape.op(p) {
+                self.homes[p.index()] = Home::Constant(f64::from_bits(bits));
+            } else if self.leaves.has(tape.node(p)) {
+                self.homes[p.index()] = Home::Uniform(self.leaves.number(tape.node(p)) as usize);
+            }
+        }
+        let flows = [&self.begin, &self.between];
+        let kept = layout::kept(tape, &self.users, &flows, tape.outputs());
+        // What a batch makes lasts as long as the batch.
+        let first = self.begin.items.len();
+        let (lasting, passing): (Vec<_>, Vec<_>) = kept.iter().partition(|k| k.item < first);
+        let homes = &mut self.homes;
+        let mut end = layout::place(&lasting, homes, 0, PLANE, false);
+        for p in tape.positions() {
+            let is_coordinate = matches!(tape.op(p), Op::Coordinate(_));
+            let is_new = passing.iter().all(|k| k.position != p);
+            if homes[p.index()] == Home::Register
+                && (is_coordinate || (read.contains(&p) && is_new))
+            {
+                homes[p.index()] = Home::Buffer(end);
+                end += PLANE;
+            }
+        }
+        self.scratch = layout::place(&passing, homes, end, PLANE, true);
+    }
+
+    fn access(&self, scratch: Pointer, uniforms: Pointer, p: Position) -> Access {
+        match self.homes[p.index()] {
+            Home::Constant(value) => Access::Constant(value),
+            Home::Uniform(number) => Access::Splat(uniforms, number),
+            Home::Buffer(first) => Access::Lanes(scratch, first),
+            Home::Register | Home::Table(..) | Home::Volume(_) => {
+                unreachable!("values used by several loops are kept in buffers")
+            }
+        }
+    }
+
+    /// Emits a loop over the lanes.
+    fn segment(&self, body: &mut Body<'_>, segment: &Segment) {
+        let tape = self.schedule.tape();
+        let own: FxHashSet<Position> = segment.ops.iter().copied().collect();
+        let mut stored = segment.ops.clone();
+        stored.retain(|p| {
+            let is_used = self.users.of(*p).iter().any(|user| !own.contains(user));
+            let is_kept = self.homes[p.index()].buffer().is_some();
+            is_kept && (is_used || tape.outputs().contains(p))
+        });
+        self.rounds(body, |body, scratch, uniforms| {
+            let access = |p| self.access(scratch, uniforms, p);
+            let mut lanes = Lanes::new(body, tape, &segment.ops, None, &access);
+            for vector in 0..VECTORS {
+                lanes.compute(body, vector, &access);
+                for &p in &stored {
+                    let value = lanes.value(body, p, vector, &access);
+                    if let Access::Lanes(pointer, first) = access(p) {
+                        body.store(value, pointer, first + vector * LANES);
+                    }
+                }
+            }
+        });
+    }
+
+    /// Emits a loop that fills the buffer of `p`.
+    fn fill(&self, body: &mut Body<'_>, p: Position, value: f64) {
+        let Some(first) = self.homes[p.index()].buffer() else { return };
+        let lanes = super::ops::constant(&mut body.builder, value);
+        self.rounds(body, |body, scratch, _| {
+            (0..VECTORS).for_each(|v| body.store(lanes, scratch, first + v * LANES));
+        });
+    }
+
+    fn rounds(&self, body: &mut Body<'_>, inside: impl FnOnce(&mut Body<'_>, Pointer, Pointer)) {
+        let (scratch, uniforms) = (body.base(Base::Scratch), body.base(Base::Uniforms));
+        body.steps(|body, round: Index| {
+            let scratch = body.advance(scratch, round, ROUND * size_of::<f64>());
+            inside(body, scratch, uniforms);
+        });
+    }
+}
+
+/// By operation: whether the value needs it.
+fn valued(schedule: &Schedule) -> Vec<bool> {
+    let tape = schedule.tape();
+    let mut valued = vec![false; tape.len()];
+    valued[tape.outputs()[0].index()] = true;
+    for p in tape.positions().rev() {
+        if valued[p.index()] {
+            tape.op(p).operands().iter().for_each(|o| valued[o.index()] = true);
+        }
+    }
+    valued
+}
+
+/// The generation of one of the flows.
+struct Part<'a, 'b> {
+    plan: &'b Plan<'a>,
+    assembly: &'b mut Assembly,
+    flow: &'b Flow,
+}
+
+impl Emit for Part<'_, '_> {
+    fn code(&mut self, items: Range<usize>, _: bool) -> Result<usize, CompileError> {
+        let Self { plan, assembly, flow } = self;
+        assembly.define(ROUNDS, |body| {
+            flow::walk(
+                body,
+                flow,
+                items,
+                &mut |body, segment| plan.segment(body, segment),
+                &mut |body, p, value| plan.fill(body, p, value),
+            );
+        })
+    }
+
+    fn call(&self, ops: &[Position]) -> Call {
+        let home = |p: Position| self.plan.homes[p.index()];
+        let operand = |p: Position| match home(p) {
+            Home::Constant(value) => {
+                Operand { source: Source::Constant(value), spread: Spread::One }
+            }
+            Home::Uniform(number) => {
+                Operand { source: Source::Uniform(number), spread: Spread::One }
+            }
+            Home::Buffer(first) => {
+                Operand { source: Source::Scratch { first, plane: 0 }, spread: Spread::Lanes }
+            }
+            Home::Register | Home::Table(..) | Home::Volume(_) => {
+                unreachable!("operands of calls are kept in buffers")
+            }
+        };
+        let tape = self.plan.schedule.tape();
+        Call::new(tape, ops, PLANE, operand, |p| home(p).buffer().unwrap_or_default())
+    }
+
+    fn gather(&self, ops: &[Position]) -> Vec<Gather> {
+        let tape = self.plan.schedule.tape();
+        let gather = |p: &Position| {
+            let axis = tape.axes(*p).iter().next()?;
+            let first = self.plan.homes[p.index()].buffer()?;
+            let table = self.plan.leaves.number(tape.node(*p)) as usize;
+            Some(Gather { axis, table, first })
+        };
+        ops.iter().filter_map(gather).collect()
+    }
+
+    fn fill(&self, (p, value): (Position, f64)) -> Option<Fill> {
+        let first = self.plan.homes[p.index()].buffer()?;
+        Some(Fill { first, len: PLANE, value })
+    }
+}

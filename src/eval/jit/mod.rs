@@ -1,0 +1,260 @@
+//! The compiling engine: programs as machine code, by Cranelift.
+//!
+//! Returns the bits of the interpreter, on every host. One module of machine code is compiled for
+//! a program and freed with it. Arithmetic is compiled ([`ops`]); functions and oracles are called
+//! between compiled functions ([`calls`]), by Rust: compiled code itself calls nothing.
+
+mod action;
+mod assembly;
+mod body;
+mod brick;
+mod call;
+mod calls;
+mod flow;
+mod host;
+mod layout;
+mod line;
+mod ops;
+mod segment;
+mod tiles;
+mod volume;
+mod window;
+
+pub use tiles::Tiles;
+
+use super::leaves::Leaves;
+use super::sampler::{BRICK, BrickSigns, End};
+use super::schedule::Schedule;
+use crate::expr::Failure;
+use crate::geom::Axis;
+use action::Run;
+use assembly::Assembly;
+use brick::{Brick, Yield};
+use call::{Arguments, Code};
+use calls::{PLANE, Staging};
+use cranelift_module::ModuleError;
+use line::Line;
+use std::sync::{Arc, OnceLock};
+use tiles::Nodes;
+
+/// Why a program could not be compiled; the interpreter runs it all the same.
+#[derive(Clone, Debug, thiserror::Error)]
+pub enum CompileError {
+    /// There is no machine code for this host.
+    #[error("this host runs no compiled programs: {0}")]
+    Host(&'static str),
+    /// The code generator refused the program.
+    #[error("the program could not be compiled")]
+    Generator(#[source] Arc<ModuleError>),
+}
+
+impl From<ModuleError> for CompileError {
+    fn from(error: ModuleError) -> Self {
+        Self::Generator(Arc::new(error))
+    }
+}
+
+/// The compiled programs of an expression.
+#[derive(Debug)]
+pub struct Compiled {
+    code: Code,
+    signs: Brick,
+    lines: [Line; 3],
+    /// Compiled when values are asked for first; few callers do.
+    values: OnceLock<Result<(Code, Brick), CompileError>>,
+    schedule: Schedule,
+    leaves: Leaves,
+}
+
+/// Memory of one thread that runs a [`Compiled`] program, and its present batch of edges.
+#[derive(Debug)]
+pub struct Workspace {
+    scratch: Vec<f64>,
+    staging: Box<Staging>,
+    lines: [Vec<f64>; 3],
+    axis: Axis,
+    nodes: Box<Nodes>,
+    activity: Vec<u64>,
+}
+
+impl Compiled {
+    /// Compiles the programs of the given schedules: that of the bricks, whose output is the
+    /// value, and those of the lines along each axis, whose outputs are the value and its
+    /// derivative along the axis.
+    ///
+    /// # Errors
+    /// [`CompileError`]; the interpreter needs no compiler.
+    pub fn new(
+        brick: &Schedule,
+        lines: &[Schedule; 3],
+        leaves: &Leaves,
+    ) -> Result<Self, CompileError> {
+        let mut assembly = Assembly::new()?;
+        let signs = Brick::compile(&mut assembly, brick, leaves, Yield::Signs)?;
+        let mut line =
+            |axis: Axis| Line::compile(&mut assembly, &lines[axis.index()], leaves, axis);
+        let lines = [line(Axis::X)?, line(Axis::Y)?, line(Axis::Z)?];
+        Ok(Self {
+            code: assembly.finish()?,
+            signs,
+            lines,
+            values: OnceLock::new(),
+            schedule: brick.clone(),
+            leaves: leaves.clone(),
+        })
+    }
+
+    /// Fresh memory for one thread.
+    #[must_use]
+    pub fn workspace(&self) -> Workspace {
+        Workspace {
+            scratch: vec![0.0; self.signs.scratch],
+            staging: Box::new([[0.0; PLANE]; 4]),
+            lines: self.lines.each_ref().map(|line| vec![0.0; line.scratch]),
+            axis: Axis::X,
+            nodes: Box::default(),
+            activity: Vec::new(),
+        }
+    }
+
+    /// See [`Sampler::signs`](super::Sampler::signs).
+    ///
+    /// # Errors
+    /// [`Failure`] of an oracle.
+    pub fn signs(
+        &self,
+        workspace: &mut Workspace,
+        tiles: &Tiles,
+        brick: [u32; 3],
+        activity: &[u64],
+        signs: &mut BrickSigns,
+    ) -> Result<(), Failure> {
+        let Workspace { scratch, staging, .. } = workspace;
+        let mut arguments = Arguments {
+            tables: Axis::ALL.map(|axis| tiles.tile(axis, brick[axis.index()])),
+            uniforms: &tiles.uniforms,
+            activity,
+            scratch,
+            signs,
+            values: &mut [],
+        };
+        let mut run = Run { code: &self.code, staging, tiles, lanes: PLANE, nodes: None };
+        self.signs.run(&mut run, &mut arguments)
+    }
+
+    /// See [`Sampler::values`](super::Sampler::values).
+    ///
+    /// # Errors
+    /// [`Failure`] of an oracle.
+    ///
+    /// # Panics
+    /// If the code generator, which has compiled the same operations for the signs, now fails.
+    pub fn values(
+        &self,
+        workspace: &mut Workspace,
+        tiles: &Tiles,
+        brick: [u32; 3],
+        activity: &[u64],
+        values: &mut [f64; BRICK * BRICK * BRICK],
+    ) -> Result<(), Failure> {
+        let compiled = self.values.get_or_init(|| {
+            let mut assembly = Assembly::new()?;
+            let values =
+                Brick::compile(&mut assembly, &self.schedule, &self.leaves, Yield::Values)?;
+            Ok((assembly.finish()?, values))
+        });
+        let (code, program) = compiled.as_ref().expect("the signs' program was compiled");
+        let Workspace { scratch, staging, .. } = workspace;
+        let mut arguments = Arguments {
+            tables: Axis::ALL.map(|axis| tiles.tile(axis, brick[axis.index()])),
+            uniforms: &tiles.uniforms,
+            activity,
+            scratch,
+            signs: &mut [],
+            values,
+        };
+        let mut run = Run { code, staging, tiles, lanes: PLANE, nodes: None };
+        program.run(&mut run, &mut arguments)
+    }
+
+    /// See [`Sampler::line_begin`](super::Sampler::line_begin).
+    ///
+    /// # Errors
+    /// [`Failure`] of an oracle.
+    pub fn line_begin(
+        &self,
+        workspace: &mut Workspace,
+        tiles: &Tiles,
+        axis: Axis,
+        brick: [u32; 3],
+        nodes: &[u16],
+        activity: &[u64],
+    ) -> Result<(), Failure> {
+        workspace.axis = axis;
+        workspace.nodes.set(brick, nodes);
+        workspace.nodes.look(axis, End::Lower);
+        workspace.activity.clear();
+        workspace.activity.extend_from_slice(activity);
+        self.on_line(workspace, tiles, nodes.len(), |line, run, arguments| {
+            line.begin(run, arguments)
+        })
+    }
+
+    /// See [`Sampler::line_ends`](super::Sampler::line_ends).
+    ///
+    /// # Errors
+    /// [`Failure`] of an oracle.
+    pub fn line_ends(
+        &self,
+        workspace: &mut Workspace,
+        tiles: &Tiles,
+        end: End,
+        values: &mut [f64],
+    ) -> Result<(), Failure> {
+        workspace.nodes.look(workspace.axis, end);
+        self.on_line(workspace, tiles, values.len(), |line, run, arguments| {
+            line.ends(run, arguments, values)
+        })
+    }
+
+    /// See [`Sampler::line`](super::Sampler::line).
+    ///
+    /// # Errors
+    /// [`Failure`] of an oracle.
+    pub fn line(
+        &self,
+        workspace: &mut Workspace,
+        tiles: &Tiles,
+        at: &[f64],
+        values: &mut [f64],
+        slopes: &mut [f64],
+    ) -> Result<(), Failure> {
+        self.on_line(workspace, tiles, at.len(), |line, run, arguments| {
+            line.between(run, arguments, at, values, slopes)
+        })
+    }
+
+    /// Runs a part of the present batch's program.
+    fn on_line(
+        &self,
+        workspace: &mut Workspace,
+        tiles: &Tiles,
+        lanes: usize,
+        part: impl FnOnce(&Line, &mut Run<'_>, &mut Arguments<'_>) -> Result<(), Failure>,
+    ) -> Result<(), Failure> {
+        let Workspace { staging, lines, axis, nodes, activity, .. } = workspace;
+        let mut arguments = Arguments {
+            uniforms: &tiles.uniforms,
+            activity,
+            scratch: &mut lines[axis.index()],
+            ..Arguments::default()
+        };
+        let mut run = Run { code: &self.code, staging, tiles, lanes, nodes: Some(nodes) };
+        part(&self.lines[axis.index()], &mut run, &mut arguments)
+    }
+}
+
+#[cfg(test)]
+mod figures;
+#[cfg(test)]
+mod tests;
