@@ -94,9 +94,9 @@ struct Plan<'a> {
 }
 
 /// Operations on all axes up to which a program is compiled for each side of its outermost extrema.
-const SPECIALISED: usize = 200;
+const SPECIALISED: usize = 48;
 /// Depth to which extrema are followed for that.
-const DEPTH: usize = 6;
+const DEPTH: usize = 3;
 /// Operations up to which a loop computes the vectors of a whole row at once.
 const ROW_AT_ONCE: usize = 12;
 
@@ -259,6 +259,7 @@ impl<'a> Plan<'a> {
         stored.extend(also.filter(|p| !stored.contains(p)));
         let window = Window::new(body, plane);
         let vectors = match ops.len() {
+            _ if !self.specialised => 1,
             0..=4 => VECTORS,
             5..=8 => VECTORS / 2,
             9..=24 => VECTORS / 4,

@@ -5,7 +5,7 @@ use super::ops;
 use crate::eval::regions::RegionId;
 use crate::eval::schedule::{Schedule, Step};
 use crate::eval::tape::{Op, Position, Tape};
-use crate::expr::AxisSet;
+use crate::expr::{AxisSet, Unary};
 use rustc_hash::FxHashMap;
 use std::ops::Range;
 
@@ -98,6 +98,8 @@ impl Flow {
     ) -> Self {
         let (tape, regions) = (schedule.tape(), schedule.regions());
         let losers = losers(schedule);
+        let operations: Vec<Position> = operations.into_iter().collect();
+        let partners = partners(schedule, &operations);
         let steps = schedule.steps(operations);
         let mut items: Vec<Item> = Vec::new();
         let mut floor = 0;
@@ -118,14 +120,26 @@ impl Flow {
                     // Lesser rates never depend on greater ones.
                     run.sort_by_key(|p| tape.axes(*p).len().max(2));
                     for p in run {
+                        // A partner has been appended together with the first of the two.
+                        let partner = match partners.get(&p) {
+                            Some(&q) if q < p && kind(q) == Kind::Call => continue,
+                            partner => partner.copied().filter(|_| kind(p) == Kind::Call),
+                        };
                         append(&mut items, floor, tape, p, kind(p));
-                        let Some((region, loser)) = losers.get(&p) else { continue };
-                        let bit = regions.bit(*region);
-                        let holder = open.iter().rev().map(|(item, _)| *item).find(|item| {
-                            matches!(&items[*item], Item::Enter { bit: b, .. } if Some(*b) == bit)
-                        });
-                        if let Some(Item::Enter { losers, .. }) = holder.map(|i| &mut items[i]) {
-                            losers.push((p, *loser));
+                        if let (Some(q), Some(Item::Call(ops))) = (partner, items.last_mut()) {
+                            ops.push(q);
+                        }
+                        for p in [Some(p), partner].into_iter().flatten() {
+                            let Some((region, loser)) = losers.get(&p) else { continue };
+                            let bit = regions.bit(*region);
+                            let holder = open.iter().rev().map(|(item, _)| *item).find(|item| {
+                                matches!(&items[*item], Item::Enter { bit: b, .. } if Some(*b) == bit)
+                            });
+                            if let Some(Item::Enter { losers, .. }) =
+                                holder.map(|item| &mut items[item])
+                            {
+                                losers.push((p, *loser));
+                            }
                         }
                     }
                 }
@@ -221,6 +235,22 @@ pub(super) fn walk(
             Item::Call(_) | Item::Gather(_) => {}
         }
     }
+}
+
+/// Sines and cosines of one value in one region, each with the other.
+fn partners(schedule: &Schedule, operations: &[Position]) -> FxHashMap<Position, Position> {
+    let (tape, regions) = (schedule.tape(), schedule.regions());
+    let mut waves: FxHashMap<(Position, RegionId), Position> = FxHashMap::default();
+    let mut partners = FxHashMap::default();
+    for &p in operations {
+        if let Op::Unary(Unary::Sin | Unary::Cos, a) = tape.op(p)
+            && let Some(q) = waves.insert((a, regions.of(p)), p)
+        {
+            partners.insert(p, q);
+            partners.insert(q, p);
+        }
+    }
+    partners
 }
 
 /// Operands of extrema that belong to the very region of their side, with that region and the

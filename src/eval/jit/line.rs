@@ -23,7 +23,7 @@ use rustc_hash::FxHashSet;
 use std::ops::Range;
 
 /// Vectors that a loop computes in a round.
-const VECTORS: usize = 2;
+const VECTORS: usize = 1;
 /// Lanes of a round.
 const ROUND: usize = VECTORS * LANES;
 /// Rounds in a full batch.
