@@ -67,7 +67,7 @@ impl Program {
         let mut lowered = lower(&graph, root);
         let boxes = Schedule::boxes(&source, &bits);
         let box_leaves = Leaves::of_boxes(&boxes);
-        let boxes = BoxProgram::new(&boxes, &box_leaves, &graph, &lowered);
+        let boxes = BoxProgram::new(&boxes, &box_leaves, (&graph, &lowered), bits.words());
         let slopes = Axis::ALL.map(|axis| derive::partial(&mut lowered.graph, lowered.root, axis));
         let lowered_bits = bits.through(|id| lowered.image(id));
         let tape = Tape::new(&lowered.graph, &[lowered.root]);
@@ -180,8 +180,7 @@ impl Sampler for Bound {
     ) -> Result<(), Failure> {
         let Tables { uniforms, levels, .. } = self.tables()?;
         let own = &mut workspace.boxes;
-        let words = self.activity_words();
-        self.parts.boxes.ranges(own, (uniforms, levels), boxes, words, activity, ranges);
+        self.parts.boxes.ranges(own, (uniforms, levels), boxes, activity, ranges);
         Ok(())
     }
 

@@ -7,7 +7,8 @@
 //! hash-consing; and the derivative of a union stays a [`Node::Pick`] between the derivatives of
 //! its sides, so that it is pruned with them. Reverse accumulation would sum the shares of all
 //! sides at each coordinate, where nothing can be skipped and a discarded side's infinite slope
-//! times zero is NaN.
+//! times zero is NaN. The gyroid has 18 nodes, 34 with its gradient; a union of a hundred spheres
+//! has 1401, with its gradient 1998.
 //!
 //! Where a function has a kink or a jump the derivative is that of one side: of the second operand
 //! of an extremum at ties, of `a` for `abs(a)` at zero; `sign`, `floor`, `ceil` and `round` have
@@ -80,10 +81,13 @@ fn unary(graph: &mut Graph, op: Unary, value: NodeId, a: NodeId, da: NodeId) -> 
             graph.pick(Extremum::Min, [a, zero, opposite, da])
         }
         Unary::Sign | Unary::Floor | Unary::Ceil | Unary::Round => return None,
-        Unary::Sqrt => {
-            let double = scaled(graph, 2.0, value);
-            graph.div(da, double)
-        }
+        Unary::Sqrt => match half(graph, da) {
+            Some(half) => graph.div(half, value),
+            None => {
+                let double = scaled(graph, 2.0, value);
+                graph.div(da, double)
+            }
+        },
         Unary::Cbrt => {
             let square = graph.mul(value, value);
             let triple = scaled(graph, 3.0, square);
@@ -152,8 +156,8 @@ fn binary(
         Binary::Add => add(graph, da, db),
         Binary::Sub => sub(graph, da, db),
         Binary::Mul if a == b => {
-            let double = scaled(graph, 2.0, a);
-            times(graph, Some(double), da)
+            let product = times(graph, Some(a), da)?;
+            Some(scaled(graph, 2.0, product))
         }
         Binary::Mul => {
             let left = times(graph, da, Some(b));
@@ -233,12 +237,28 @@ fn pick(
     Some(graph.pick(extremum, [a, b, da, db]))
 }
 
-/// `a + b`, where `None` is zero.
+/// `a + b`, where `None` is zero; the double of a sum for a sum of doubles.
 fn add(graph: &mut Graph, a: Option<NodeId>, b: Option<NodeId>) -> Option<NodeId> {
     match (a, b) {
-        (Some(a), Some(b)) => Some(graph.add(a, b)),
+        (Some(a), Some(b)) => Some(match (half(graph, a), half(graph, b)) {
+            (Some(a), Some(b)) => {
+                let sum = graph.add(a, b);
+                scaled(graph, 2.0, sum)
+            }
+            _ => graph.add(a, b),
+        }),
         (one, None) | (None, one) => one,
     }
+}
+
+/// `a` if `id` is `a * 2`: the squares under a root bring a factor that the root takes away.
+fn half(graph: &Graph, id: NodeId) -> Option<NodeId> {
+    if let Node::Binary(Binary::Mul, a, b) = graph.node(id)
+        && graph.as_constant(b) == Some(2.0)
+    {
+        return Some(a);
+    }
+    None
 }
 
 /// `a - b`, where `None` is zero.
@@ -371,6 +391,17 @@ mod tests {
         let slope = partial(&mut graph, square, Axis::X);
         let values = evaluate(&graph, [3.0, 0.0, 0.0], &[]);
         assert_eq!(values[slope.index()], 6.0);
+    }
+
+    #[test]
+    fn the_gradient_of_a_distance_has_no_factors_of_two() {
+        let mut graph = Graph::new();
+        let squares = graph.point().map(|axis| graph.mul(axis, axis));
+        let sum = squares.into_iter().reduce(|a, b| graph.add(a, b)).unwrap();
+        let distance = graph.unary(Unary::Sqrt, sum);
+        let slope = partial(&mut graph, distance, Axis::Y);
+        let y = graph.coordinate(Axis::Y);
+        assert_eq!(graph.node(slope), Node::Binary(Binary::Div, y, distance));
     }
 
     #[test]

@@ -3,7 +3,7 @@
 //! Nodes are numbered in the order of their creation, so operands come before their users and a
 //! walk in index order is a topological walk: nothing here recurses. Equal nodes are one node.
 //! The constructors fold constants and normalise on the spot by the rules of
-//! [`simplify`](super::simplify).
+//! [`simplify`].
 
 use super::oracle::Oracle;
 use super::{Binary, Extremum, Node, Output, Unary, simplify};
@@ -173,6 +173,9 @@ impl Graph {
     }
 
     /// The operator `op` applied to `a` and `b`, simplified.
+    ///
+    /// A power with a constant whole exponent up to 16 in magnitude is a product
+    /// ([`simplify`]).
     pub fn binary(&mut self, op: Binary, a: NodeId, b: NodeId) -> NodeId {
         simplify::binary(self, op, a, b)
     }

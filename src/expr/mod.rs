@@ -13,7 +13,9 @@ pub mod op;
 pub mod oracle;
 #[cfg(test)]
 pub(crate) mod probe;
-mod simplify;
+pub mod simplify;
+pub mod text;
+pub mod verify;
 
 pub use depends::AxisSet;
 pub use graph::{Graph, NodeId, OracleId, ParameterId};

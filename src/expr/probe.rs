@@ -120,7 +120,7 @@ impl Make for Simplified {
     }
 }
 
-/// Past the graph's constructors.
+/// Past the graph's constructors, but for powers that are products by definition.
 pub struct Raw;
 
 impl Make for Raw {
@@ -129,7 +129,19 @@ impl Make for Raw {
     }
 
     fn binary(graph: &mut Graph, op: Binary, a: NodeId, b: NodeId) -> NodeId {
-        graph.intern(Node::Binary(op, a, b))
+        let n = graph.as_constant(b).filter(|n| n.fract() == 0.0 && n.abs() <= 16.0);
+        let (Binary::Pow, Some(n)) = (op, n) else {
+            return graph.intern(Node::Binary(op, a, b));
+        };
+        let one = graph.constant(1.0);
+        let mut product = one;
+        for digit in format!("{:b}", n.abs() as u8).chars().skip_while(|digit| *digit == '0') {
+            product = graph.intern(Node::Binary(Binary::Mul, product, product));
+            if digit == '1' {
+                product = graph.intern(Node::Binary(Binary::Mul, product, a));
+            }
+        }
+        if n < 0.0 { graph.intern(Node::Binary(Binary::Div, one, product)) } else { product }
     }
 
     fn pick(graph: &mut Graph, extremum: Extremum, operands: [NodeId; 4]) -> NodeId {
@@ -158,7 +170,16 @@ pub fn random<M: Make>(
         let (a, b) = (operand(source, graph), operand(source, graph));
         let node = match source.below(8) {
             0..3 => M::unary(graph, source.of(&Unary::ALL), a),
-            3..7 => M::binary(graph, source.of(&Binary::ALL), a, b),
+            3..7 => {
+                let op = source.of(&Binary::ALL);
+                // An exponent that folds to a whole number makes a product: leaves are as they are.
+                let b = match (op, source.below(2)) {
+                    (Binary::Pow, 0) => graph.constant(source.of(constants)),
+                    (Binary::Pow, _) => pool[source.below(5)],
+                    _ => b,
+                };
+                M::binary(graph, op, a, b)
+            }
             _ => {
                 let (c, d) = (operand(source, graph), operand(source, graph));
                 M::pick(graph, source.of(&[Extremum::Min, Extremum::Max]), [a, b, c, d])

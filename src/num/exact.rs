@@ -1,4 +1,7 @@
 //! Test support: elementary functions in double-double arithmetic, to about 100 bits.
+//!
+//! Inverse functions correct the answer of `libm` by one step of Newton's method, which doubles its
+//! digits.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -135,10 +138,142 @@ pub fn log(x: f64) -> Double {
     LN_2.into_iter().rev().fold(fraction, |sum, part| two_product(k, part) + sum)
 }
 
+fn sqrt(a: Double) -> Double {
+    let root = Double::from(a.hi.sqrt());
+    root + (a - root * root) / (root + root)
+}
+
+/// `a` and `b` times `c` less `d`: the sine of a difference of angles.
+fn cross(a: Double, b: Double, c: Double, d: Double) -> Double {
+    a * b - c * d
+}
+
+pub fn tan(x: f64) -> Double {
+    let (sine, cosine) = sin_cos(x);
+    sine / cosine
+}
+
+pub fn asin(x: f64) -> Double {
+    let near = libm::asin(x);
+    let (sine, cosine) = sin_cos(near);
+    cross(x.into(), cosine, leg(x), sine) + near.into()
+}
+
+pub fn acos(x: f64) -> Double {
+    let near = libm::acos(x);
+    let (sine, cosine) = sin_cos(near);
+    cross(leg(x), cosine, x.into(), sine) + near.into()
+}
+
+/// The square root of `1 - x * x`.
+fn leg(x: f64) -> Double {
+    sqrt(two_sum(1.0, x) * two_sum(1.0, -x))
+}
+
+pub fn atan2(y: f64, x: f64) -> Double {
+    let near = libm::atan2(y, x);
+    let (sine, cosine) = sin_cos(near);
+    cross(y.into(), cosine, x.into(), sine) / hypot(x, y) + near.into()
+}
+
+pub fn hypot(x: f64, y: f64) -> Double {
+    sqrt(two_product(x, x) + two_product(y, y))
+}
+
+pub fn cbrt(x: f64) -> Double {
+    let near = Double::from(libm::cbrt(x));
+    let square = near * near;
+    near + (Double::from(x) - square * near) / (square * 3.0.into())
+}
+
+pub fn log10(x: f64) -> Double {
+    log(x) / log(10.0)
+}
+
+/// The power of a positive base, as a number near one and a power of two.
+pub fn pow(x: f64, y: f64) -> (Double, i32) {
+    let exponent = log(x) * y.into();
+    let (fraction, scale) = exp(exponent.hi);
+    (fraction + fraction * exponent.lo.into(), scale)
+}
+
+/// Hyperbolic sine and cosine of a moderate `x`.
+pub fn sinh_cosh(x: f64) -> (Double, Double) {
+    let plain = |x: f64| {
+        let (fraction, scale) = exp(x);
+        fraction * 2f64.powi(scale).into()
+    };
+    let (rising, falling, half) = (plain(x), plain(-x), Double::from(0.5));
+    let mut sinh = (rising - falling) * half;
+    if x.abs() < 0.5 {
+        // The difference cancels: x + x³/3! + …, of which the 15th term is below 2^-120.
+        let square = two_product(x, x);
+        sinh = Double::from(0.0);
+        for n in (0..15).rev() {
+            let n = f64::from(n);
+            sinh = Double::from(1.0) + square * sinh / ((2.0 * n + 2.0) * (2.0 * n + 3.0)).into();
+        }
+        sinh = sinh * x.into();
+    }
+    (sinh, (rising + falling) * half)
+}
+
 /// The distance of `computed` from `exact * 2^scale` in units of the last place of the latter.
 pub fn ulps(computed: f64, exact: Double, scale: i32) -> f64 {
     let exponent = ((exact.hi.to_bits() >> 52) & 0x7ff) as i32 - 1023;
     let ulp = (exponent + scale).max(-1022) - 52 - scale;
     let unscaled = computed * 2f64.powi(-(scale / 2)) * 2f64.powi(-(scale - scale / 2));
     (((unscaled - exact.hi) - exact.lo) / 2f64.powi(ulp)).abs()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The largest error of `computed` at evenly spread arguments in `[lo, hi]`.
+    fn worst(lo: f64, hi: f64, error: impl Fn(f64) -> f64) -> f64 {
+        (1..=5_000u64)
+            .map(|i| (i.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 11) as f64 / 2f64.powi(53))
+            .map(|t| error(lo + (hi - lo) * t))
+            .fold(0.0, f64::max)
+    }
+
+    #[track_caller]
+    fn check(lo: f64, hi: f64, computed: fn(f64) -> f64, exact: fn(f64) -> Double) {
+        let error = worst(lo, hi, |x| ulps(computed(x), exact(x), 0));
+        assert!(error > 0.4 && error < 2.5, "an error of {error} ulp");
+    }
+
+    /// Intervals of these functions widen by twice 4 ulp.
+    #[test]
+    fn functions_of_libm_err_by_less_than_three_ulp() {
+        check(-1.0, 1.0, libm::asin, asin);
+        check(-1.0, 1.0, libm::acos, acos);
+        check(-3.0, 3.0, libm::atan, |x| atan2(x, 1.0));
+        check(-1e4, 1e4, libm::atan, |x| atan2(x, 1.0));
+        check(-2.0, 2.0, libm::tan, tan);
+        check(-1e6, 1e6, libm::tan, tan);
+        check(-20.0, 20.0, libm::cbrt, cbrt);
+        check(0.0, 3.0, libm::log10, log10);
+        check(0.0, 1e9, libm::log10, log10);
+        check(-3.0, 3.0, libm::sinh, |x| sinh_cosh(x).0);
+        check(-300.0, 300.0, libm::sinh, |x| sinh_cosh(x).0);
+        check(-3.0, 3.0, libm::cosh, |x| sinh_cosh(x).1);
+        check(-300.0, 300.0, libm::cosh, |x| sinh_cosh(x).1);
+        check(-3.0, 3.0, libm::tanh, |x| sinh_cosh(x).0 / sinh_cosh(x).1);
+        check(-20.0, 20.0, libm::tanh, |x| sinh_cosh(x).0 / sinh_cosh(x).1);
+        for other in [1e-3, 0.3, 2.0, 40.0] {
+            let error = worst(-3.0, 3.0, |x| ulps(libm::hypot(x, other), hypot(x, other), 0));
+            assert!(error < 2.5, "hypot errs by {error} ulp");
+            for x in [other, -other] {
+                let error = worst(-3.0, 3.0, |y| ulps(libm::atan2(y, x), atan2(y, x), 0));
+                assert!(error < 2.5, "atan2 errs by {error} ulp");
+            }
+            let error = worst(-90.0, 90.0, |y| {
+                let (fraction, scale) = pow(other, y);
+                ulps(libm::pow(other, y), fraction, scale)
+            });
+            assert!(error < 2.5, "pow errs by {error} ulp");
+        }
+    }
 }

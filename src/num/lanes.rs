@@ -18,6 +18,21 @@ const BLOCK: usize = 64;
 /// Only what is inlined into `work` is compiled so: functions that it calls should be
 /// `#[inline(always)]`, as should iterator adapters' closures, and hot loops should be inside.
 /// It changes speed, never results: nothing is fused or reassociated. Costs a few nanoseconds.
+///
+/// ```
+/// use alveole::num::lanes;
+///
+/// #[inline(always)]
+/// fn population(words: &[u64]) -> u32 {
+///     words.iter().map(|word| word.count_ones()).sum()
+/// }
+///
+/// let count = lanes::dispatch(
+///     #[inline(always)]
+///     || population(&[0b101, 0b1]),
+/// );
+/// assert_eq!(count, 3);
+/// ```
 #[inline(always)]
 pub fn dispatch<R>(work: impl FnOnce() -> R) -> R {
     HOST.dispatch(work)
