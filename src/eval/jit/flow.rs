@@ -5,8 +5,8 @@ use super::ops;
 use crate::eval::regions::RegionId;
 use crate::eval::schedule::{Schedule, Step};
 use crate::eval::tape::{Op, Position, Tape};
-use crate::expr::{AxisSet, Unary};
-use rustc_hash::FxHashMap;
+use crate::expr::{AxisSet, Binary, Unary};
+use rustc_hash::{FxHashMap, FxHashSet};
 use std::ops::Range;
 
 /// An element of a [`Flow`].
@@ -90,11 +90,13 @@ fn is_joint(tape: &Tape, a: Position, b: Position) -> bool {
 }
 
 impl Flow {
-    /// The flow of `operations` (ascending), `kind` telling how each is computed.
+    /// The flow of `operations` (ascending), `kind` telling how each is computed; the regions with
+    /// bits in `always` are run even if they are dead.
     pub(super) fn new(
         schedule: &Schedule,
         operations: impl IntoIterator<Item = Position>,
         kind: impl Fn(Position) -> Kind,
+        always: &FxHashSet<u32>,
     ) -> Self {
         let (tape, regions) = (schedule.tape(), schedule.regions());
         let losers = losers(schedule);
@@ -111,6 +113,7 @@ impl Flow {
                 floor = items.len();
             }
             match step {
+                Step::Enter { bit, .. } if always.contains(bit) => {}
                 Step::Enter { bit, end } => {
                     open.push((items.len(), *end));
                     items.push(Item::Enter { bit: *bit, end: 0, losers: Vec::new() });
@@ -235,6 +238,37 @@ pub(super) fn walk(
             Item::Call(_) | Item::Gather(_) => {}
         }
     }
+}
+
+/// The bits of the regions whose operations, all together, cost at most `limit` additions.
+///
+/// To run such a region costs less than to ask whether it is dead; the values of a dead side lose
+/// against those of the other whether they are computed or stood in for.
+pub(super) fn cheap(schedule: &Schedule, limit: usize) -> FxHashSet<u32> {
+    let (tape, regions) = (schedule.tape(), schedule.regions());
+    let mut costs: FxHashMap<RegionId, usize> = FxHashMap::default();
+    for p in tape.positions() {
+        let op = tape.op(p);
+        let cost = match op {
+            _ if is_call(op) => limit + 1,
+            Op::Unary(Unary::Sqrt, _) | Op::Binary(Binary::Div | Binary::Mod, ..) => 5,
+            Op::Coordinate(_)
+            | Op::Constant(_)
+            | Op::Parameter(_)
+            | Op::Unary(..)
+            | Op::Binary(..)
+            | Op::Pick(..)
+            | Op::Oracle(..) => 1,
+        };
+        *costs.entry(regions.of(p)).or_default() += cost;
+    }
+    let mut cheap = FxHashSet::default();
+    for region in regions.inner().rev() {
+        let cost = costs.get(&region).copied().unwrap_or(0);
+        *costs.entry(regions.parent(region)).or_default() += cost;
+        cheap.extend(regions.bit(region).filter(|_| cost <= limit));
+    }
+    cheap
 }
 
 /// Sines and cosines of one value in one region, each with the other.
