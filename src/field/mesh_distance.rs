@@ -133,7 +133,7 @@ impl MeshDistance {
         let shape = Shape::of(grid);
         let (slots, count) = shape.slots();
         let mut memory = Memory::default();
-        let mut tile = Tile::new();
+        let mut tile = Tile::default();
         let mut places = Vec::with_capacity(POINTS);
         let tiles = [0, 1, 2].map(|axis| grid[axis].div_ceil(shape.sides[axis]));
         for number in 0..tiles.iter().product() {
