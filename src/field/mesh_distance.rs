@@ -578,7 +578,8 @@ mod tests {
             for _ in 0..400 {
                 let p = random.point(-1.5, 1.5);
                 let place = field.faces.place(p).unwrap();
-                let number = super::super::winding::exact(&field.faces.surface, place.scaled);
+                let number =
+                    super::super::winding::exact(field.faces.surface.faces(), place.scaled);
                 let found = value(&field, p);
                 assert!(
                     (number > 0.5) == (found < 0.0)
