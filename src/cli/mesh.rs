@@ -4,6 +4,7 @@ use super::args::{MeshArguments, PrecisionArgument};
 use super::bar::with_bar;
 use super::output::Output;
 use super::report::{self, Trouble};
+use super::table::significant;
 use super::{stats, work};
 use crate::contour::{self, needs_double};
 use crate::job::{self, Report, Spacing, longest_edge};
@@ -22,7 +23,10 @@ pub(super) fn run(name: &str, arguments: &MeshArguments) -> Result<(), Trouble> 
     let work::Work { job, settings } = work::prepare(name, common)?;
     let grid = job.grid(&settings)?;
     if settings.spacing == Spacing::Hundredth && !common.quiet {
-        report::say(&format!("{name}: grid spacing {} (choose with -s)", longest_edge(&grid)));
+        report::say(&format!(
+            "{name}: grid spacing {} (choose with -s)",
+            significant(longest_edge(&grid))
+        ));
     }
     let precision = match precision {
         Some(PrecisionArgument::Single) => Precision::Single,

@@ -30,7 +30,8 @@ pub(super) enum Base {
 }
 
 impl Base {
-    const COUNT: usize = 8;
+    /// Number of pointers in the frame.
+    pub(super) const COUNT: usize = 8;
 
     /// Position of the pointer in the frame.
     pub(super) const fn slot(self) -> usize {
