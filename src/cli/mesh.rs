@@ -83,8 +83,9 @@ fn format(output: &Path) -> Result<Format, Trouble> {
 
 /// An error of the sink is an error of the output.
 fn blame(error: job::Error, output: &Output) -> Trouble {
-    match error {
-        job::Error::Contour(contour::Error::Sink(error)) => output.failure(error).into(),
-        error => error.into(),
+    if let job::Error::Contour(contour::Error::Sink(error)) = error {
+        output.failure(error).into()
+    } else {
+        error.into()
     }
 }
