@@ -1,8 +1,11 @@
-//! What compiled programs cost, printed: `cargo test --release figures -- --ignored --nocapture`.
+//! What programs cost, printed: `cargo test --release figures -- --ignored --nocapture`.
 
-use crate::eval::{BRICK, Bound, Engine, Program, Sampler};
+#![allow(clippy::print_stdout)] // It is what the figures are for.
+
+use crate::eval::{BRICK, Bound, End, Engine, NodeBox, Program, Sampler};
 use crate::expr::{Binary, Graph, NodeId, Unary};
 use crate::geom::Axis;
+use crate::num::Interval;
 use std::time::Instant;
 
 fn constant_times(graph: &mut Graph, factor: f64, a: NodeId) -> NodeId {
@@ -89,6 +92,23 @@ fn bind(program: &Program) -> Bound {
     program.bind([table.clone(), table.clone(), table], &[])
 }
 
+/// The bricks that the surface may meet, with what they need.
+fn active(bound: &Bound) -> Vec<([u32; 3], Vec<u64>)> {
+    let mut memory = bound.workspace();
+    let mut active = Vec::new();
+    for i in 0..64 {
+        let index = [i % 4, i / 4 % 4, i / 16];
+        let mut activity = vec![u64::MAX; bound.activity_words()];
+        let mut range = [Interval::ANYTHING];
+        let own = [NodeBox { level: 0, index }];
+        bound.ranges(&mut memory, &own, &mut activity, &mut range).unwrap();
+        if !range[0].is_inside() && !range[0].is_outside() {
+            active.push((index, activity));
+        }
+    }
+    active
+}
+
 fn figures(name: &str, make: impl Fn(&mut Graph) -> NodeId) {
     let mut graph = Graph::new();
     let root = make(&mut graph);
@@ -116,6 +136,14 @@ fn figures(name: &str, make: impl Fn(&mut Graph) -> NodeId) {
                 activity.first().unwrap_or(&0) & 15
             );
         }
+        let active = active(&bound);
+        let mut signs = [0; 256];
+        let per = nanoseconds(active.len().max(1) * 4096, || {
+            for (brick, activity) in &active {
+                bound.signs(&mut memory, *brick, activity, &mut signs).unwrap();
+            }
+        });
+        println!("    signs {per:.3} ns a sample in its {} active bricks of 64", active.len());
         let nodes: Vec<u16> = (0..256u16).map(|i| (i as u32 * 2503 % 4096) as u16).collect();
         let at: Vec<f64> = (0..256).map(|i| 0.1 + 1e-3 * f64::from(i)).collect();
         let activity = vec![u64::MAX; words];
@@ -125,7 +153,7 @@ fn figures(name: &str, make: impl Fn(&mut Graph) -> NodeId) {
                 bound.line_begin(&mut memory, axis, [1, 1, 2], &nodes, &activity).unwrap();
             });
             let ends = nanoseconds(256, || {
-                bound.line_ends(&mut memory, crate::eval::End::Upper, &mut values).unwrap();
+                bound.line_ends(&mut memory, End::Upper, &mut values).unwrap();
             });
             let between = nanoseconds(256, || {
                 bound.line(&mut memory, &at, &mut values, &mut slopes).unwrap();
