@@ -166,7 +166,8 @@ impl Code {
             size_of_val(*values),
         ];
         assert!(
-            steps.end <= reach.steps
+            steps.start < steps.end
+                && steps.end <= reach.steps
                 && reach.bytes.iter().zip(room).all(|(need, have)| *need <= have),
             "a compiled function is given what it reaches: {reach:?} in {room:?}"
         );
