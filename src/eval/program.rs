@@ -27,7 +27,7 @@ pub enum Engine {
     Interpreter,
     /// The compiler.
     Compiled,
-    /// The compiler where the host has one, else the interpreter.
+    /// The compiler where the host has one and the expression is not huge, else the interpreter.
     #[default]
     Automatic,
 }
