@@ -105,3 +105,8 @@ pub mod vocabulary;
 pub mod job;
 
 pub mod cli;
+
+/// The example of the README is a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -302,6 +302,16 @@ fn help_names_the_words_and_list_explains_them() {
     assert!(stdout(&completions).contains("alveole"));
 }
 
+#[test]
+fn the_readme_lists_the_words_as_they_are() {
+    let folder = tempfile::tempdir().unwrap();
+    let list = stdout(&run(ALVEOLE, folder.path(), &["list", "--markdown"]));
+    let readme = include_str!("../README.md");
+    let (_, rest) = readme.split_once("<!-- words: alveole list --markdown -->\n").unwrap();
+    let (words, _) = rest.split_once("<!-- end of words -->").unwrap();
+    assert!(words == list, "put the output of `alveole list --markdown` into the README");
+}
+
 /// The folder of real meshes, or a word on what is skipped.
 fn data() -> Option<PathBuf> {
     let folder = std::env::var_os("ALVEOLE_DATA").map(PathBuf::from);

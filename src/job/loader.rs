@@ -74,7 +74,7 @@ impl Loader for Files {
             return Ok(loaded.clone());
         }
         let (mesh, reading) = io::read_with(Path::new(path), &Progress::new())
-            .map_err(|error| Refusal { cause: error.to_string() })?;
+            .map_err(|error| Refusal { cause: error.without_file() })?;
         let distance =
             mesh_distance(&mesh, path).map_err(|error| Refusal { cause: error.to_string() })?;
         self.notes.push(MeshNote { path: path.to_owned(), reading, distance: *distance.report() });
