@@ -3,7 +3,7 @@
 //! A node holds the boxes of up to [`WIDTH`] children as a structure of arrays in single
 //! precision, in coordinates relative to the middle of everything and divided by its size. Boxes
 //! are grown so that the distance to a box, computed in single precision, never exceeds the
-//! distance to what is in it by more than [`SLACK`]: traversals with [`reach`] miss nothing.
+//! distance to what is in it by more than a fixed slack: traversals with [`reach`] miss nothing.
 //!
 //! The tree depends on the boxes only, not on threads. Any boxes will do, equal ones included.
 //!

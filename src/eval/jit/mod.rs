@@ -1,8 +1,8 @@
 //! The compiling engine: programs as machine code, by Cranelift.
 //!
 //! Returns the bits of the interpreter, on every host. A module of machine code is compiled for
-//! each program and freed with it. Arithmetic is compiled ([`ops`]); functions and oracles are called
-//! between compiled functions ([`calls`]), by Rust: compiled code itself calls nothing.
+//! each program and freed with it. Arithmetic is compiled (`ops`); functions and oracles are called
+//! between compiled functions (`calls`), by Rust: compiled code itself calls nothing.
 
 mod action;
 mod assembly;
