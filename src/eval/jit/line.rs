@@ -19,7 +19,7 @@ use crate::eval::schedule::{Schedule, line};
 use crate::eval::tape::{Op, Position};
 use crate::expr::{AxisSet, Failure};
 use crate::geom::Axis;
-use rustc_hash::FxHashSet;
+use rustc_hash::{FxHashMap, FxHashSet};
 use std::ops::Range;
 
 /// Vectors that a loop computes in a round.
@@ -198,8 +198,8 @@ impl<'a> Plan<'a> {
         // What a batch makes lasts as long as the batch.
         let first = self.begin.items.len();
         let (lasting, passing): (Vec<_>, Vec<_>) = kept.iter().partition(|k| k.item < first);
-        let homes = &mut self.homes;
-        let mut end = layout::place(&lasting, homes, 0, PLANE, false);
+        let (homes, no_heirs) = (&mut self.homes, FxHashMap::default());
+        let mut end = layout::place(&lasting, homes, 0, PLANE, false, &no_heirs);
         for p in tape.positions() {
             let is_coordinate = matches!(tape.op(p), Op::Coordinate(_));
             let is_new = passing.iter().all(|k| k.position != p);
@@ -210,7 +210,7 @@ impl<'a> Plan<'a> {
                 end += PLANE;
             }
         }
-        self.scratch = layout::place(&passing, homes, end, PLANE, true);
+        self.scratch = layout::place(&passing, homes, end, PLANE, true, &no_heirs);
     }
 
     fn access(&self, scratch: Pointer, uniforms: Pointer, p: Position) -> Access {
