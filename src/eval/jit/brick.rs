@@ -5,7 +5,6 @@
 //! signs in registers. Where the whole expression is an extremum of which a brick needs one side
 //! only, that side's last loop packs the signs.
 
-use super::CompileError;
 use super::action::{Action, Emit, Fill, Gather, Run, actions};
 use super::assembly::Assembly;
 use super::body::{Body, Index};
@@ -16,6 +15,7 @@ use super::layout::{self, Home, Users};
 use super::segment::{Access, LANES, Lanes};
 use super::volume::{self, SAMPLES, Volume};
 use super::window::{VECTORS, Window, across, buffer_len};
+use super::{CompileError, check_size};
 use crate::eval::BRICK;
 use crate::eval::leaves::Leaves;
 use crate::eval::schedule::Schedule;
@@ -54,6 +54,7 @@ impl Brick {
     ) -> Result<Self, CompileError> {
         let mut assembly = Assembly::new()?;
         let plan = Plan::new(schedule, leaves, yields);
+        check_size(plan.scratch)?;
         let mut part =
             Part { plan: &plan, assembly: &mut assembly, flow: &plan.across, planes: false };
         let across = actions(&plan.across, &mut part, false)?;

@@ -5,7 +5,6 @@
 //! ends of the edges and computed in between, by the same operations. Everything is a loop over
 //! up to 256 lanes.
 
-use super::CompileError;
 use super::action::{Action, Emit, Fill, Gather, Run, actions};
 use super::assembly::Assembly;
 use super::body::{Body, Index, Pointer};
@@ -14,6 +13,7 @@ use super::calls::{Call, Operand, PLANE, Source, Spread};
 use super::flow::{self, Flow, Kind, Segment};
 use super::layout::{self, Home, Users};
 use super::segment::{Access, LANES, Lanes};
+use super::{CompileError, check_size};
 use crate::eval::leaves::Leaves;
 use crate::eval::schedule::{Schedule, line};
 use crate::eval::tape::{Op, Position};
@@ -56,6 +56,7 @@ impl Line {
     ) -> Result<Self, CompileError> {
         let mut assembly = Assembly::new()?;
         let plan = Plan::new(schedule, leaves, axis);
+        check_size(plan.scratch)?;
         let Plan { begin, ends, between, .. } = &plan;
         let mut part = Part { plan: &plan, assembly: &mut assembly, flow: begin };
         let begin = actions(begin, &mut part, false)?;
