@@ -5,7 +5,6 @@
 //! ends of the edges and computed in between, by the same operations. Everything is a loop over
 //! up to 256 lanes.
 
-use super::CompileError;
 use super::action::{Action, Emit, Fill, Gather, Run, actions};
 use super::assembly::Assembly;
 use super::body::{Body, Index, Pointer};
@@ -14,12 +13,13 @@ use super::calls::{Call, Operand, PLANE, Source, Spread};
 use super::flow::{self, Flow, Kind, Segment};
 use super::layout::{self, Home, Users};
 use super::segment::{Access, LANES, Lanes};
+use super::{CompileError, check_size};
 use crate::eval::leaves::Leaves;
 use crate::eval::schedule::{Schedule, line};
 use crate::eval::tape::{Op, Position};
 use crate::expr::{AxisSet, Failure};
 use crate::geom::Axis;
-use rustc_hash::FxHashSet;
+use rustc_hash::{FxHashMap, FxHashSet};
 use std::ops::Range;
 
 /// Vectors that a loop computes in a round.
@@ -56,6 +56,7 @@ impl Line {
     ) -> Result<Self, CompileError> {
         let mut assembly = Assembly::new()?;
         let plan = Plan::new(schedule, leaves, axis);
+        check_size(plan.scratch)?;
         let Plan { begin, ends, between, .. } = &plan;
         let mut part = Part { plan: &plan, assembly: &mut assembly, flow: begin };
         let begin = actions(begin, &mut part, false)?;
@@ -198,8 +199,8 @@ impl<'a> Plan<'a> {
         // What a batch makes lasts as long as the batch.
         let first = self.begin.items.len();
         let (lasting, passing): (Vec<_>, Vec<_>) = kept.iter().partition(|k| k.item < first);
-        let homes = &mut self.homes;
-        let mut end = layout::place(&lasting, homes, 0, PLANE, false);
+        let (homes, no_heirs) = (&mut self.homes, FxHashMap::default());
+        let mut end = layout::place(&lasting, homes, 0, PLANE, false, &no_heirs);
         for p in tape.positions() {
             let is_coordinate = matches!(tape.op(p), Op::Coordinate(_));
             let is_new = passing.iter().all(|k| k.position != p);
@@ -210,7 +211,7 @@ impl<'a> Plan<'a> {
                 end += PLANE;
             }
         }
-        self.scratch = layout::place(&passing, homes, end, PLANE, true);
+        self.scratch = layout::place(&passing, homes, end, PLANE, true, &no_heirs);
     }
 
     fn access(&self, scratch: Pointer, uniforms: Pointer, p: Position) -> Access {
