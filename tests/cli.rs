@@ -119,6 +119,22 @@ fn options_end_at_the_first_operand() {
     assert!(output.status.success(), "{}", stderr(&output));
 }
 
+#[test]
+fn a_file_may_hold_options_and_words() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
+    write("options.txt", "-s 2/10 -o small.off\n@more.txt gyroid");
+    write("more.txt", "--quiet # and a comment\n");
+    let output = cesogen(folder.path(), &["@options.txt", "box"]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    assert_eq!(stderr(&output), "");
+    assert!(folder.path().join("small.off").exists());
+    write("self.txt", "-q @self.txt box");
+    let output = cesogen(folder.path(), &["@self.txt"]);
+    assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+    assert!(stderr(&output).contains("self.txt"), "{}", stderr(&output));
+}
+
 #[track_caller]
 fn fails(arguments: &[&str], code: i32, words: &[&str]) {
     let folder = tempfile::tempdir().unwrap();
@@ -284,6 +300,16 @@ fn help_names_the_words_and_list_explains_them() {
     assert!(stderr(&output).contains("torus"));
     let completions = run(ALVEOLE, folder.path(), &["completions", "bash"]);
     assert!(stdout(&completions).contains("alveole"));
+}
+
+#[test]
+fn the_readme_lists_the_words_as_they_are() {
+    let folder = tempfile::tempdir().unwrap();
+    let list = stdout(&run(ALVEOLE, folder.path(), &["list", "--markdown"]));
+    let readme = include_str!("../README.md");
+    let (_, rest) = readme.split_once("<!-- words: alveole list --markdown -->\n").unwrap();
+    let (words, _) = rest.split_once("<!-- end of words -->").unwrap();
+    assert!(words == list, "put the output of `alveole list --markdown` into the README");
 }
 
 /// The folder of real meshes, or a word on what is skipped.

@@ -41,6 +41,28 @@ pub(super) struct Cesogen {
     pub(super) mesh: MeshArguments,
 }
 
+/// Arguments that may end in a program.
+pub(super) trait Programmed {
+    /// The words of the program; none if the command takes none.
+    fn program(&self) -> &[String];
+}
+
+impl Programmed for Alveole {
+    fn program(&self) -> &[String] {
+        match &self.command {
+            Command::Mesh(arguments) => &arguments.work.program,
+            Command::Measure(arguments) => &arguments.work.program,
+            Command::List(_) | Command::Check(_) | Command::Completions { .. } => &[],
+        }
+    }
+}
+
+impl Programmed for Cesogen {
+    fn program(&self) -> &[String] {
+        &self.mesh.work.program
+    }
+}
+
 #[derive(Debug, Args)]
 pub(super) struct MeshArguments {
     /// Mesh file to write, its format by extension (.ply .stl .obj .off); `-` for standard output

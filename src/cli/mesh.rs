@@ -4,6 +4,7 @@ use super::args::{MeshArguments, PrecisionArgument};
 use super::bar::with_bar;
 use super::output::Output;
 use super::report::{self, Trouble};
+use super::table::significant;
 use super::{stats, work};
 use crate::contour::{self, needs_double};
 use crate::job::{self, Report, Spacing, longest_edge};
@@ -22,7 +23,10 @@ pub(super) fn run(name: &str, arguments: &MeshArguments) -> Result<(), Trouble> 
     let work::Work { job, settings } = work::prepare(name, common)?;
     let grid = job.grid(&settings)?;
     if settings.spacing == Spacing::Hundredth && !common.quiet {
-        report::say(&format!("{name}: grid spacing {} (choose with -s)", longest_edge(&grid)));
+        report::say(&format!(
+            "{name}: grid spacing {} (choose with -s)",
+            significant(longest_edge(&grid))
+        ));
     }
     let precision = match precision {
         Some(PrecisionArgument::Single) => Precision::Single,
@@ -79,8 +83,9 @@ fn format(output: &Path) -> Result<Format, Trouble> {
 
 /// An error of the sink is an error of the output.
 fn blame(error: job::Error, output: &Output) -> Trouble {
-    match error {
-        job::Error::Contour(contour::Error::Sink(error)) => output.failure(error).into(),
-        error => error.into(),
+    if let job::Error::Contour(contour::Error::Sink(error)) = error {
+        output.failure(error).into()
+    } else {
+        error.into()
     }
 }

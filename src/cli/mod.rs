@@ -17,7 +17,9 @@ mod stats;
 mod table;
 mod work;
 
-use args::{Alveole, Cesogen, Command};
+use crate::job::{self, Files};
+use crate::lang;
+use args::{Alveole, Cesogen, Command, Programmed};
 use clap::{CommandFactory, FromArgMatches};
 use report::Trouble;
 use std::ffi::OsString;
@@ -30,7 +32,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         .mut_subcommand("measure", |measure| measure.after_long_help(list::summary()));
     conclude(
         "alveole",
-        parse::<Alveole>(described, arguments).and_then(|Alveole { command }| {
+        parse(&described, arguments).and_then(|Alveole { command }| {
             interrupt::install();
             match command {
                 Command::Mesh(arguments) => mesh::run("alveole mesh", &arguments),
@@ -48,19 +50,48 @@ pub fn run_cesogen(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     let described = Cesogen::command().after_long_help(list::summary());
     conclude(
         "cesogen",
-        parse::<Cesogen>(described, arguments).and_then(|Cesogen { mesh }| {
+        parse(&described, arguments).and_then(|Cesogen { mesh }| {
             interrupt::install();
             mesh::run("cesogen", &mesh)
         }),
     )
 }
 
-fn parse<T: FromArgMatches>(
-    command: clap::Command,
+/// Reads `arguments` as `command` describes them.
+///
+/// An `@file` before the first operand may hold options, as in the original: its words then
+/// take its place and the arguments are read again.
+fn parse<T: FromArgMatches + Programmed>(
+    command: &clap::Command,
     arguments: impl IntoIterator<Item = OsString>,
 ) -> Result<T, Trouble> {
-    let matches = command.try_get_matches_from(arguments).map_err(Trouble::Usage)?;
-    T::from_arg_matches(&matches).map_err(Trouble::Usage)
+    /// Files of options that name files of options, at most.
+    const DEPTH_LIMIT: usize = 16;
+    let mut arguments: Vec<OsString> = arguments.into_iter().collect();
+    for _ in 0..DEPTH_LIMIT {
+        let matches = command.clone().try_get_matches_from(&arguments).map_err(Trouble::Usage)?;
+        let read = T::from_arg_matches(&matches).map_err(Trouble::Usage)?;
+        let words = read.program();
+        let first = arguments.len() - words.len();
+        let is_after_options = first > 0 && arguments[first - 1] != "--";
+        let options = match words.first() {
+            Some(word) if is_after_options && word.starts_with('@') => options_of(word)?,
+            Some(_) | None => None,
+        };
+        match options {
+            Some(options) => drop(arguments.splice(first..=first, options)),
+            None => return Ok(read),
+        }
+    }
+    let first = arguments.len().saturating_sub(1);
+    Err(Trouble::Options { file: arguments[first].to_string_lossy().into_owned() })
+}
+
+/// The words of the file that `word` names, if they begin with an option.
+fn options_of(word: &str) -> Result<Option<Vec<OsString>>, Trouble> {
+    let text = lang::expand(&[word.to_owned()], &mut Files::default()).map_err(job::Error::from)?;
+    let begins = text.words.first().is_some_and(|first| first.text.starts_with('-'));
+    Ok(begins.then(|| text.words.into_iter().map(|token| token.text.into()).collect()))
 }
 
 fn conclude(name: &str, result: Result<(), Trouble>) -> ExitCode {

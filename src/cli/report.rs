@@ -37,6 +37,12 @@ pub(super) enum Trouble {
     /// A number in the value of an option can't be read.
     #[error(transparent)]
     Number(Rejected),
+    /// Files of options name each other without end.
+    #[error("`{file}`: files of options name each other too often; do they name themselves?")]
+    Options {
+        /// The file at which reading stopped.
+        file: String,
+    },
     /// The output's name does not say its format.
     #[error(
         "`{name}`: the extension names no mesh format that can be written; use .ply, .stl, .obj or .off"
@@ -118,6 +124,7 @@ pub(super) fn trouble(name: &str, trouble: &Trouble) -> ExitCode {
             explain(name, diagnostic, sources);
         }
         Trouble::Value { .. }
+        | Trouble::Options { .. }
         | Trouble::Format { .. }
         | Trouble::Word { .. }
         | Trouble::Job(_)
@@ -135,6 +142,7 @@ fn code(trouble: &Trouble) -> u8 {
         Trouble::Usage(_)
         | Trouble::Value { .. }
         | Trouble::Number(_)
+        | Trouble::Options { .. }
         | Trouble::Format { .. }
         | Trouble::Word { .. } => 2,
         Trouble::Job(error) => match error {

@@ -80,7 +80,7 @@ impl Table {
 }
 
 /// The number with ten significant digits, without trailing zeros.
-fn significant(value: f64) -> String {
+pub(super) fn significant(value: f64) -> String {
     const DIGITS: i32 = 10;
     if value == 0.0 || !value.is_finite() {
         return value.to_string();

@@ -33,9 +33,9 @@ pub(super) fn prepare(name: &str, arguments: &WorkArguments) -> Result<Work, Tro
 
 fn read_spacing(text: &str) -> Result<Spacing, Trouble> {
     let numbers = read_numbers("-s", text)?;
-    let spacing = match numbers.as_slice() {
-        &[s] => DVec3::splat(s),
-        &[x, y, z] => DVec3::new(x, y, z),
+    let spacing = match *numbers.as_slice() {
+        [s] => DVec3::splat(s),
+        [x, y, z] => DVec3::new(x, y, z),
         _ => return Err(wrong("-s", text, ValueFault::SpacingCount)),
     };
     if spacing.cmpgt(DVec3::ZERO).all() && spacing.is_finite() {

@@ -2,12 +2,45 @@
 
 use super::bits::{ROW, Spans};
 use super::numbering::{Bits, Block, Quad};
-use super::tables::{Case, MAX_TRIANGLES, TABLES, Tables};
+use super::tables::{Case, MAX_TRIANGLES, TABLES, Tables, corners_of};
 use crate::eval::BRICK;
 use pulp::NullaryFnOnce;
+use std::sync::LazyLock;
 
-/// Most triangles that a brick's cells can have.
-pub const MOST: usize = MAX_TRIANGLES * BRICK * BRICK * BRICK;
+/// Room for the triangles of any brick; one cell more than there are, because cells write more
+/// triangles than they keep.
+pub const MOST: usize = MAX_TRIANGLES * (BRICK * BRICK * BRICK + 1);
+
+/// A case for cells that are visited in order along a row.
+///
+/// Every crossed edge of the four rows around a row of cells belongs to an active cell, so its
+/// number is that of the one before plus one: no bits are counted. The vertices of a cell are
+/// eight numbers before it (those along x, then those across at its lower end, y before z) and
+/// the same eight after it, of which the last four stand for its upper end.
+#[derive(Clone, Copy, Debug)]
+struct Step {
+    /// Triangles; slots are positions among the sixteen numbers.
+    case: Case,
+    /// Which of the first eight are crossed: one or zero.
+    crossed: [u8; 8],
+}
+
+static STEPS: LazyLock<[Step; 256]> = LazyLock::new(|| {
+    // Where the edges of a cell are among the sixteen.
+    const PLACES: [u8; 12] = [0, 1, 2, 3, 4, 12, 5, 13, 6, 14, 7, 15];
+    std::array::from_fn(|number| {
+        let mut case = TABLES.cell[number];
+        for slot in &mut case.slots[..3 * usize::from(case.count)] {
+            *slot = PLACES[usize::from(*slot)];
+        }
+        let mut crossed = [0; 8];
+        for (edge, place) in PLACES.into_iter().enumerate().filter(|(_, place)| *place < 8) {
+            let [low, high] = corners_of(edge);
+            crossed[usize::from(place)] = ((number >> low ^ number >> high) & 1) as u8;
+        }
+        Step { case, crossed }
+    })
+});
 
 /// Writes the triangles of a brick's cells to the front of `out` and returns how many they are; a
 /// task for [`pulp::Arch::dispatch`].
@@ -33,7 +66,7 @@ impl NullaryFnOnce for Facing<'_> {
 
 #[inline(always)]
 fn faces(block: &Block, next: &Block, spans: &Spans, out: &mut [[u32; 3]]) -> usize {
-    let tables: &Tables = &TABLES;
+    let (tables, steps): (&Tables, &[Step; 256]) = (&TABLES, &STEPS);
     let plain = spans.is_plain();
     let mut at = 0;
     for z in 0..BRICK {
@@ -43,22 +76,46 @@ fn faces(block: &Block, next: &Block, spans: &Spans, out: &mut [[u32; 3]]) -> us
                 continue;
             }
             let caps = if plain { 0 } else { quad.active & spans.caps(z, y) };
-            let row = Row::new(block, next, spans, &quad, z, y);
+            let mut before = [
+                block.x[z][y],
+                block.x[z][y + 1],
+                block.x[z + 1][y],
+                block.x[z + 1][y + 1],
+                block.y[z][y],
+                block.y[z + 1][y],
+                block.z[z][y],
+                block.z[z][y + 1],
+            ];
             for x in Bits(quad.active & !caps) {
-                let ids = row.edges(x);
-                let case = &tables.cell[quad.case(x)];
-                let Some(room) = out.get_mut(at..at + MAX_TRIANGLES) else { return at };
+                let step = &steps[quad.case(x)];
+                let mut ids = [0; 16];
+                for k in 0..8 {
+                    ids[k] = before[k];
+                    before[k] = before[k].wrapping_add(u32::from(step.crossed[k]));
+                    ids[8 + k] = before[k];
+                }
+                if x + 1 == BRICK {
+                    ids[12] = next.y[z][y];
+                    ids[13] = next.y[z + 1][y];
+                    ids[14] = next.z[z][y];
+                    ids[15] = next.z[z][y + 1];
+                }
+                let room = &mut out[at..at + MAX_TRIANGLES];
                 // Three are written always: a loop of random short length costs a misprediction.
                 for (t, triangle) in room.iter_mut().enumerate().take(3) {
-                    *triangle = corners(&ids, case, t);
+                    *triangle = corners(&ids, &step.case, t);
                 }
-                if case.count > 3 {
+                if step.case.count > 3 {
                     for (t, triangle) in room.iter_mut().enumerate().skip(3) {
-                        *triangle = corners(&ids, case, t);
+                        *triangle = corners(&ids, &step.case, t);
                     }
                 }
-                at += usize::from(case.count);
+                at += usize::from(step.case.count);
             }
+            if caps == 0 {
+                continue;
+            }
+            let row = Row::new(block, next, spans, &quad, z, y);
             for x in Bits(caps) {
                 let case = &tables.cap(spans.position([x, y, z]))[quad.case(x)];
                 let cap = Cap { edges: row.edges(x), block, next, spans, cell: [x, y, z] };

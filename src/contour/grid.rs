@@ -140,6 +140,12 @@ impl Grid {
         &self.lines[axis.index()].sampled
     }
 
+    /// The sampled coordinates along x, y and z: the tables to bind a field to.
+    #[must_use]
+    pub fn tables(&self) -> [Vec<f64>; 3] {
+        self.lines.each_ref().map(|line| line.sampled.clone())
+    }
+
     /// Largest magnitude of a coordinate.
     #[must_use]
     pub fn extent(&self) -> f64 {

@@ -6,19 +6,19 @@
 //! * The mesh is closed, oriented, edge-manifold and vertex-manifold, and cut flat by the grid's
 //!   outer planes ([`tables`] has the proof).
 //! * No triangle has zero area, in double precision or, unless [`needs_double`] says so, in single.
-//! * Vertices are roots of the field on grid edges to rounding ([`place`]), but within
+//! * Vertices are roots of the field on grid edges to rounding (`place`), but within
 //!   [`grid::TAU`] of a node with several crossed edges.
 //! * The bytes handed to the sink depend on neither the number of threads nor on what the octree
-//!   settled: sparse equals dense ([`numbering`]).
+//!   settled: sparse equals dense (`numbering`).
 //!
 //! It does not promise features finer than a cell, nor triangles of good shape.
 
 mod assemble;
-pub mod bits;
-pub mod faces;
+mod bits;
+mod faces;
 pub mod grid;
-pub mod numbering;
-pub mod place;
+mod numbering;
+mod place;
 pub mod tables;
 
 #[cfg(test)]

@@ -31,7 +31,7 @@
 //! face, and no triangle has its three vertices in one face other than a cap's (which has corners
 //! at nodes and in the interior of edges, no three of them on a line). So three distinct collinear
 //! vertices need a vertex on a node that another crossed edge touches. Placement keeps crossings
-//! away from nodes with more than one crossed edge by `tau` (see [`super::place`]), hence areas are
+//! away from nodes with more than one crossed edge by [`tau`](super::grid::TAU), hence areas are
 //! at least `tau^2 / 2` and angles `tau^2`, in units of the cell.
 //!
 //! *No piercing.* The triangles of a cell never pierce one another, wherever the crossings lie on
@@ -45,9 +45,6 @@ use std::sync::LazyLock;
 
 /// Most triangles in a cell.
 pub const MAX_TRIANGLES: usize = 5;
-
-/// Number of slots: twelve edges and eight corners.
-pub const SLOTS: usize = 20;
 
 /// Triangles of one case: corners as slots, three a triangle.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

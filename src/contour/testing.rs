@@ -58,7 +58,7 @@ where
     R: Fn(Span) -> Interval + Sync,
 {
     pub fn new(grid: &Grid, field: F, range: R) -> Self {
-        Self { tables: Axis::ALL.map(|axis| grid.sampled(axis).to_vec()), field, range }
+        Self { tables: grid.tables(), field, range }
     }
 
     fn at(&self, node: [usize; 3]) -> [f64; 3] {

@@ -8,6 +8,8 @@ use crate::geom::Aabb;
 use crate::mesh::Mesh;
 use crate::num::Interval;
 use glam::DVec3;
+use std::io;
+use std::sync::Mutex;
 
 /// The mesh of a function on a cubic grid, without pruning.
 fn dense(grid: &Grid, field: impl Fn([f64; 3]) -> f64 + Sync) -> Mesh {
@@ -371,4 +373,68 @@ fn cancelled_work_stops() {
     let mut sink = crate::mesh::sink::Collect::default();
     let result = contour(&sampler, &grid, &Settings::default(), &progress, &mut sink);
     assert!(matches!(result, Err(Error::Cancelled(Cancelled))));
+}
+
+/// Notes the pieces it receives, and fails after some.
+struct Pieces {
+    size: [u64; 2],
+    runs: [Mutex<Vec<(u64, usize)>>; 2],
+    most: usize,
+}
+
+impl Pieces {
+    fn new(most: usize) -> Self {
+        Self { size: [0; 2], runs: Default::default(), most }
+    }
+
+    fn take(&self, kind: usize, first: u64, count: usize) -> io::Result<()> {
+        let mut runs = self.runs[kind].lock().unwrap();
+        runs.push((first, count));
+        if runs.len() > self.most { Err(io::ErrorKind::StorageFull.into()) } else { Ok(()) }
+    }
+}
+
+impl Sink for Pieces {
+    fn begin(&mut self, vertices: u64, triangles: u64) -> io::Result<()> {
+        self.size = [vertices, triangles];
+        Ok(())
+    }
+    fn vertices(&self, first: u64, positions: &[[f64; 3]]) -> io::Result<()> {
+        self.take(0, first, positions.len())
+    }
+    fn triangles(&self, first: u64, corners: &[[u32; 3]]) -> io::Result<()> {
+        self.take(1, first, corners.len())
+    }
+}
+
+#[test]
+fn pieces_cover_the_mesh_once_and_stay_small() {
+    let grid = nodes([60, 61, 62]);
+    let values = random_values(&mut Random::new(5), [60, 61, 62], 0.5, false);
+    let sampler = Sampled::new(&grid, at_nodes(&grid, values), unknown);
+    let (mut sink, progress) = (Pieces::new(usize::MAX), Progress::new());
+    let report = contour(&sampler, &grid, &Settings::default(), &progress, &mut sink).unwrap();
+    assert_eq!(sink.size, [report.vertices, report.triangles]);
+    for (runs, size) in sink.runs.into_iter().zip(sink.size) {
+        let mut runs = runs.into_inner().unwrap();
+        runs.sort_unstable();
+        let end = runs.iter().fold(0, |end, &(first, count)| {
+            assert_eq!(first, end);
+            assert!(count < 1 << 16, "a piece of {count}");
+            end + count as u64
+        });
+        assert_eq!(end, size);
+        assert!(runs.len() > 4);
+    }
+    let (done, expected) = progress.steps();
+    assert_eq!(done, expected);
+}
+
+#[test]
+fn a_failing_sink_stops_the_work() {
+    let grid = cube(-1.0, 1.0, 0.05);
+    let sampler = Sampled::new(&grid, gyroid_box, unknown);
+    let mut sink = Pieces::new(1);
+    let result = contour(&sampler, &grid, &Settings::default(), &Progress::new(), &mut sink);
+    assert!(matches!(result, Err(Error::Sink(e)) if e.kind() == io::ErrorKind::StorageFull));
 }

@@ -275,6 +275,6 @@ mod tests {
         bound.values(&mut workspace, [0; 3], &activity, &mut values).unwrap();
         let expected = evaluate(&graph, [table[3], table[5], table[7]], &[])[root.index()];
         assert_eq!(values[3 + 16 * 5 + 256 * 7], expected);
-        assert!(range[0].contains(expected) && alive < 8_000, "{alive} regions are left");
+        assert!(range[0].contains(expected) && alive < 1_500, "{alive} regions are left");
     }
 }

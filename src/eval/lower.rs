@@ -251,9 +251,10 @@ mod tests {
     fn waves(lowered: &Lowered) -> Vec<usize> {
         let axes = depends::axes(&lowered.graph);
         let nodes = depends::reachable(&lowered.graph, &[lowered.root]);
-        let wave = |id: &NodeId| match lowered.graph.node(*id) {
-            Node::Unary(Unary::Sin | Unary::Cos, a) => Some(axes[a.index()].len()),
-            _ => None,
+        let wave = |id: &NodeId| {
+            let node = lowered.graph.node(*id);
+            let Node::Unary(Unary::Sin | Unary::Cos, a) = node else { return None };
+            Some(axes[a.index()].len())
         };
         let mut counts: Vec<usize> = nodes.iter().filter_map(wave).collect();
         counts.sort_unstable();

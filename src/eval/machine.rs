@@ -52,6 +52,10 @@ pub(super) struct InterpretedMemory {
     axis: Axis,
 }
 
+/// Programs of more operations are not compiled unasked: it takes longer (some 20 microseconds an
+/// operation) than many a job, of which the boxes of the octree then need little.
+const LARGE: usize = 20_000;
+
 const MISMATCH: &str = "a workspace is used with the sampler that made it";
 
 /// The least node of a brick.
@@ -77,6 +81,7 @@ impl Machine {
         match engine {
             Engine::Interpreter => Ok(interpreted()),
             Engine::Compiled => compiled(),
+            Engine::Automatic if brick.tape().len() > LARGE => Ok(interpreted()),
             Engine::Automatic => Ok(compiled().unwrap_or_else(|_| interpreted())),
         }
     }

@@ -27,7 +27,7 @@ pub enum Engine {
     Interpreter,
     /// The compiler.
     Compiled,
-    /// The compiler where the host has one, else the interpreter.
+    /// The compiler where the host has one and the expression is not huge, else the interpreter.
     #[default]
     Automatic,
 }
@@ -67,7 +67,7 @@ impl Program {
         let mut lowered = lower(&graph, root);
         let boxes = Schedule::boxes(&source, &bits);
         let box_leaves = Leaves::of_boxes(&boxes);
-        let boxes = BoxProgram::new(&boxes, &box_leaves, &graph, &lowered);
+        let boxes = BoxProgram::new(&boxes, &box_leaves, (&graph, &lowered), bits.words());
         let slopes = Axis::ALL.map(|axis| derive::partial(&mut lowered.graph, lowered.root, axis));
         let lowered_bits = bits.through(|id| lowered.image(id));
         let tape = Tape::new(&lowered.graph, &[lowered.root]);
@@ -180,8 +180,7 @@ impl Sampler for Bound {
     ) -> Result<(), Failure> {
         let Tables { uniforms, levels, .. } = self.tables()?;
         let own = &mut workspace.boxes;
-        let words = self.activity_words();
-        self.parts.boxes.ranges(own, (uniforms, levels), boxes, words, activity, ranges);
+        self.parts.boxes.ranges(own, (uniforms, levels), boxes, activity, ranges);
         Ok(())
     }
 
@@ -192,8 +191,8 @@ impl Sampler for Bound {
         activity: &[u64],
         signs: &mut BrickSigns,
     ) -> Result<(), Failure> {
-        let memory = &mut workspace.memory;
-        self.parts.machine.signs(memory, &self.tables()?.inputs, brick, activity, signs)
+        let (memory, inputs) = (&mut workspace.memory, &self.tables()?.inputs);
+        self.parts.machine.signs(memory, inputs, brick, activity, signs)
     }
 
     fn values(
@@ -203,8 +202,8 @@ impl Sampler for Bound {
         activity: &[u64],
         values: &mut [f64; BRICK * BRICK * BRICK],
     ) -> Result<(), Failure> {
-        let memory = &mut workspace.memory;
-        self.parts.machine.values(memory, &self.tables()?.inputs, brick, activity, values)
+        let (memory, inputs) = (&mut workspace.memory, &self.tables()?.inputs);
+        self.parts.machine.values(memory, inputs, brick, activity, values)
     }
 
     fn line_begin(
@@ -215,8 +214,8 @@ impl Sampler for Bound {
         nodes: &[u16],
         activity: &[u64],
     ) -> Result<(), Failure> {
-        let memory = &mut workspace.memory;
-        self.parts.machine.line_begin(memory, &self.tables()?.inputs, axis, brick, nodes, activity)
+        let (memory, inputs) = (&mut workspace.memory, &self.tables()?.inputs);
+        self.parts.machine.line_begin(memory, inputs, axis, brick, nodes, activity)
     }
 
     fn line_ends(
@@ -225,7 +224,8 @@ impl Sampler for Bound {
         end: End,
         values: &mut [f64],
     ) -> Result<(), Failure> {
-        self.parts.machine.line_ends(&mut workspace.memory, &self.tables()?.inputs, end, values)
+        let (memory, inputs) = (&mut workspace.memory, &self.tables()?.inputs);
+        self.parts.machine.line_ends(memory, inputs, end, values)
     }
 
     fn line(
@@ -235,6 +235,7 @@ impl Sampler for Bound {
         values: &mut [f64],
         slopes: &mut [f64],
     ) -> Result<(), Failure> {
-        self.parts.machine.line(&mut workspace.memory, &self.tables()?.inputs, at, values, slopes)
+        let (memory, inputs) = (&mut workspace.memory, &self.tables()?.inputs);
+        self.parts.machine.line(memory, inputs, at, values, slopes)
     }
 }

@@ -201,8 +201,8 @@ impl Regions {
     }
 
     /// Every region but [`TOP`], outer ones before inner ones.
-    pub fn inner(&self) -> impl DoubleEndedIterator<Item = RegionId> + use<> {
-        (1..self.list.len() as u32).map(RegionId)
+    pub fn inner(&self) -> impl DoubleEndedIterator<Item = RegionId> + ExactSizeIterator + use<> {
+        (1..self.list.len()).map(|i| RegionId(i as u32))
     }
 
     /// The smallest region that contains both.
@@ -262,6 +262,7 @@ struct Analysis<'a> {
     starts: Vec<usize>,
     pending: Vec<usize>,
     settled: Vec<bool>,
+    outputs: Vec<bool>,
     of: Vec<RegionId>,
     list: Vec<Region>,
 }
@@ -311,6 +312,7 @@ impl<'a> Analysis<'a> {
             starts,
             pending,
             settled: vec![false; tape.len()],
+            outputs: tape.output_flags(),
             of: vec![TOP; tape.len()],
             list: vec![Region { parent: TOP, depth: 0, bit: None }],
         }
@@ -362,7 +364,7 @@ impl<'a> Analysis<'a> {
 
     /// The smallest region that holds every use of `p`.
     fn smallest(&self, p: Position) -> RegionId {
-        if self.tape.outputs().contains(&p) {
+        if self.outputs[p.index()] {
             return TOP;
         }
         let users = &self.users[self.starts[p.index()]..self.starts[p.index() + 1]];

@@ -101,8 +101,13 @@ impl Schedule {
         let ranks = depth_first(tape);
         let mut order = Vec::with_capacity(tape.len());
         let mut starts = vec![0];
-        for stage in 0..count {
-            arrange(tape, &regions, &ranks, |p| stages[p.index()] == stage, &mut order);
+        let mut members = vec![Vec::new(); count];
+        for p in tape.positions() {
+            members[stages[p.index()]].push(p);
+        }
+        let mut arrangement = Arrangement::new(tape, &regions, &stages);
+        for members in members {
+            arrangement.place(&members, &ranks, &mut order);
             starts.push(order.len());
         }
         Self { tape: tape.reordered(&order), regions: regions.reordered(&order), starts }
@@ -212,62 +217,119 @@ fn depth_first(tape: &Tape) -> Vec<u32> {
     ranks
 }
 
-/// Appends the operations that `belongs` selects: those of the current region while some are
-/// ready, else the first ready one in depth-first order. Outputs of an oracle at the same point
-/// follow each other, so that one call answers for them.
-fn arrange(
-    tape: &Tape,
-    regions: &Regions,
-    ranks: &[u32],
-    belongs: impl Fn(Position) -> bool,
-    order: &mut Vec<Position>,
-) {
-    let members: Vec<Position> = tape.positions().filter(|&p| belongs(p)).collect();
-    let mut pending = vec![0u32; tape.len()];
-    let mut users: FxHashMap<Position, Vec<Position>> = FxHashMap::default();
-    let mut siblings: FxHashMap<_, Vec<Position>> = FxHashMap::default();
-    for &p in &members {
-        for &o in tape.op(p).operands().iter().filter(|&&o| belongs(o)) {
-            pending[p.index()] += 1;
-            users.entry(o).or_default().push(p);
+/// The operations that are ready to be placed.
+///
+/// Those of the current region come first, the latest to become ready before others; when there
+/// are none, the first of all in depth-first order. Outputs of an oracle at the same point follow
+/// each other, so that one call answers for them.
+struct Arrangement<'a> {
+    tape: &'a Tape,
+    regions: &'a Regions,
+    /// Uses of the operation at `p` by its own stage: `users[starts[p]..starts[p + 1]]`.
+    users: Vec<Position>,
+    starts: Vec<usize>,
+    pending: Vec<u32>,
+    ready: BinaryHeap<Reverse<(u32, Position)>>,
+    /// By region, the operation that became ready last; by operation, the one before it.
+    latest: Vec<Option<Position>>,
+    before: Vec<Option<Position>>,
+    siblings: FxHashMap<OracleCall, Vec<Position>>,
+    done: Vec<bool>,
+}
+
+impl<'a> Arrangement<'a> {
+    fn new(tape: &'a Tape, regions: &'a Regions, stages: &[usize]) -> Self {
+        let mut starts = vec![0; tape.len() + 1];
+        let mut pending = vec![0; tape.len()];
+        let mut siblings: FxHashMap<OracleCall, Vec<Position>> = FxHashMap::default();
+        let inner = |p: Position| {
+            let stage = stages[p.index()];
+            tape.op(p).operands().to_vec().into_iter().filter(move |o| stages[o.index()] == stage)
+        };
+        for p in tape.positions() {
+            for o in inner(p) {
+                starts[o.index() + 1] += 1;
+                pending[p.index()] += 1;
+            }
+            if let Some(call) = call(tape, regions, p) {
+                siblings.entry(call).or_default().push(p);
+            }
         }
-        if let Some(call) = call(tape, regions, p) {
-            siblings.entry(call).or_default().push(p);
+        for i in 0..tape.len() {
+            starts[i + 1] += starts[i];
+        }
+        let mut next = starts.clone();
+        let mut users = vec![Position::new(0); starts[tape.len()]];
+        for p in tape.positions() {
+            for o in inner(p) {
+                users[next[o.index()]] = p;
+                next[o.index()] += 1;
+            }
+        }
+        Self {
+            tape,
+            regions,
+            users,
+            starts,
+            pending,
+            ready: BinaryHeap::new(),
+            latest: vec![None; regions.inner().len() + 1],
+            before: vec![None; tape.len()],
+            siblings,
+            done: vec![false; tape.len()],
         }
     }
-    let mut ready = BinaryHeap::new();
-    let mut local: FxHashMap<RegionId, BinaryHeap<_>> = FxHashMap::default();
-    let mut done = vec![false; tape.len()];
-    let admit = |p: Position, ready: &mut BinaryHeap<_>, local: &mut FxHashMap<_, _>| {
-        let entry = Reverse((ranks[p.index()], p));
-        ready.push(entry);
-        let heap: &mut BinaryHeap<_> = local.entry(regions.of(p)).or_default();
-        heap.push(entry);
-    };
-    for &p in members.iter().filter(|p| pending[p.index()] == 0) {
-        admit(p, &mut ready, &mut local);
-    }
-    let mut region = TOP;
-    loop {
-        let here = local.get_mut(&region).and_then(BinaryHeap::pop);
-        let Some(Reverse((_, p))) = here.or_else(|| ready.pop()) else { break };
-        if done[p.index()] {
-            continue;
+
+    /// Appends `members`, the operations of a stage, to `order`.
+    fn place(&mut self, members: &[Position], ranks: &[u32], order: &mut Vec<Position>) {
+        let mut first: Vec<Position> =
+            members.iter().copied().filter(|p| self.pending[p.index()] == 0).collect();
+        first.sort_unstable_by_key(|p| Reverse(ranks[p.index()]));
+        for p in first {
+            self.admit(p, ranks);
         }
-        region = regions.of(p);
-        let group = call(tape, regions, p).and_then(|call| siblings.remove(&call));
-        for p in group.unwrap_or_else(|| vec![p]) {
-            done[p.index()] = true;
-            order.push(p);
-            for &user in users.get(&p).into_iter().flatten() {
-                pending[user.index()] -= 1;
-                if pending[user.index()] == 0 {
-                    admit(user, &mut ready, &mut local);
+        let mut region = TOP;
+        while let Some(p) = self.take(region) {
+            if self.done[p.index()] {
+                continue;
+            }
+            region = self.regions.of(p);
+            let call = call(self.tape, self.regions, p);
+            let group = call.and_then(|call| self.siblings.remove(&call));
+            for p in group.unwrap_or_else(|| vec![p]) {
+                self.done[p.index()] = true;
+                order.push(p);
+                for i in self.starts[p.index()]..self.starts[p.index() + 1] {
+                    let user = self.users[i];
+                    self.pending[user.index()] -= 1;
+                    if self.pending[user.index()] == 0 {
+                        self.admit(user, ranks);
+                    }
                 }
             }
         }
     }
+
+    fn admit(&mut self, p: Position, ranks: &[u32]) {
+        self.ready.push(Reverse((ranks[p.index()], p)));
+        let latest = &mut self.latest[self.regions.of(p).index()];
+        self.before[p.index()] = latest.replace(p);
+    }
+
+    fn take(&mut self, region: RegionId) -> Option<Position> {
+        let latest = &mut self.latest[region.index()];
+        match *latest {
+            Some(p) => {
+                *latest = self.before[p.index()];
+                Some(p)
+            }
+            None => self.ready.pop().map(|Reverse((_, p))| p),
+        }
+    }
 }
+
+/// An oracle, the point it is asked at, and the region of the answers.
+type OracleCall = (usize, [Position; 3], RegionId);
 
 /// The oracle call that yields the operation, if it is one: same oracle, operands and region.
 fn call(tape: &Tape, regions: &Regions, p: Position) -> Option<(usize, [Position; 3], RegionId)> {

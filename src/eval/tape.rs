@@ -181,6 +181,16 @@ impl Tape {
         &self.outputs
     }
 
+    /// Whether each operation is an output, by index.
+    #[must_use]
+    pub fn output_flags(&self) -> Vec<bool> {
+        let mut flags = vec![false; self.len()];
+        for output in &self.outputs {
+            flags[output.index()] = true;
+        }
+        flags
+    }
+
     /// The tape with its operations in the order `order`, which lists each position once and
     /// operands before users.
     #[must_use]

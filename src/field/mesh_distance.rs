@@ -133,7 +133,7 @@ impl MeshDistance {
         let shape = Shape::of(grid);
         let (slots, count) = shape.slots();
         let mut memory = Memory::default();
-        let mut tile = Tile::new();
+        let mut tile = Tile::default();
         let mut places = Vec::with_capacity(POINTS);
         let tiles = [0, 1, 2].map(|axis| grid[axis].div_ceil(shape.sides[axis]));
         for number in 0..tiles.iter().product() {
@@ -578,7 +578,8 @@ mod tests {
             for _ in 0..400 {
                 let p = random.point(-1.5, 1.5);
                 let place = field.faces.place(p).unwrap();
-                let number = super::super::winding::exact(&field.faces.surface, place.scaled);
+                let number =
+                    super::super::winding::exact(field.faces.surface.faces(), place.scaled);
                 let found = value(&field, p);
                 assert!(
                     (number > 0.5) == (found < 0.0)

@@ -1,6 +1,7 @@
 //! Oracles: fields that no formula gives, such as the distance to a mesh.
 
 pub mod mesh_distance;
+pub mod orientation;
 pub mod report;
 pub mod rim;
 #[cfg(test)]

@@ -116,7 +116,7 @@ mod tests {
             let radius = 0.1 * random.next();
             let bound = rim.variation(center, radius);
             let other = center + radius * random.point(-1.0, 1.0).normalize();
-            let change = (exact(&surface, other) - exact(&surface, center)).abs();
+            let change = (exact(surface.faces(), other) - exact(surface.faces(), center)).abs();
             assert!(change <= bound, "{center} {radius}");
             tightest = tightest.max(change / bound);
         }

@@ -62,7 +62,7 @@ impl Sides {
         } else if edges.open > 0 {
             Reason::Open { edges: edges.open }
         } else {
-            sides.normals = Pseudonormals::of(&faces.surface);
+            sides.normals = sides.normals.completed(&faces.surface);
             let (wrong, points) = sides.contradictions(faces);
             if wrong == 0 {
                 sides.method = SignMethod::Pseudonormals;

@@ -12,6 +12,7 @@
 use super::surface::{Edges, NONE, Surface};
 use super::triangle::{Closest, Feature, unit_normal};
 use glam::DVec3;
+use rayon::prelude::*;
 
 /// Cosine between offset and pseudonormal below which the side is not decided.
 const WEAK: f64 = 0.01;
@@ -53,15 +54,17 @@ impl Pseudonormals {
     #[must_use]
     pub fn of_faces(surface: &Surface) -> Self {
         let face = (0..surface.triangles.len())
+            .into_par_iter()
             .map(|face| unit_normal(surface.corners(face)).unwrap_or(DVec3::ZERO))
             .collect();
         Self { face, twin: Vec::new(), vertex: Vec::new() }
     }
 
-    /// The normals of a closed manifold `surface`.
+    /// These normals of the faces of `surface`, a closed manifold, with those of its edges and
+    /// vertices.
     #[must_use]
-    pub fn of(surface: &Surface) -> Self {
-        let Self { face, .. } = Self::of_faces(surface);
+    pub fn completed(self, surface: &Surface) -> Self {
+        let Self { face, .. } = self;
         let vertices = surface.positions.len();
         let mut vertex = vec![DVec3::ZERO; vertices];
         let mut meaningless = vec![false; vertices];
@@ -150,7 +153,7 @@ mod tests {
     #[test]
     fn the_normals_of_a_cube_point_outward() {
         let surface = Surface::new(&cube()).unwrap();
-        let normals = Pseudonormals::of(&surface);
+        let normals = Pseudonormals::of_faces(&surface).completed(&surface);
         let middle = DVec3::splat(0.5);
         for (face, corners) in surface.triangles.iter().enumerate() {
             for feature in (0..3).flat_map(|i| [Feature::Edge(i), Feature::Vertex(i)]) {
@@ -181,7 +184,7 @@ mod tests {
         let touching = both(&cube(), &mapped(&cube(), |p| p + DVec3::ONE));
         let surface = Surface::new(&touching).unwrap();
         assert!(surface.edges.is_closed_manifold());
-        let normals = Pseudonormals::of(&surface);
+        let normals = Pseudonormals::of_faces(&surface).completed(&surface);
         let none = (0..surface.positions.len())
             .filter(|v| surface.triangles.iter().flatten().any(|c| *c as usize == *v))
             .filter(|v| normals.vertex[*v] == DVec3::ZERO)

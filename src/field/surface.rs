@@ -4,6 +4,7 @@
 //! found, and faces turned against their neighbours are turned back. What was done is counted in
 //! [`Repairs`]; what could not be mended is counted in [`Edges`].
 
+use super::orientation::{turn_back, turn_outward, volume};
 use crate::geom::Aabb;
 use crate::mesh::Mesh;
 use glam::DVec3;
@@ -56,7 +57,7 @@ pub struct Repairs {
     pub degenerate_faces: usize,
     /// Faces left out because another one has the same corners.
     pub repeated_faces: usize,
-    /// Faces turned over to agree with their neighbours.
+    /// Faces turned over to agree with their neighbours, or with those of a body inside out.
     pub turned_faces: usize,
     /// Whether the whole surface was inside out and was turned over.
     pub inverted: bool,
@@ -196,6 +197,11 @@ impl Surface {
             surface.edges = Edges::of(&surface.triangles, surface.positions.len());
             surface.repairs.inverted = true;
         }
+        let turned = turn_outward(&surface.positions, &mut surface.triangles, &surface.edges);
+        if turned > 0 {
+            surface.repairs.turned_faces += turned;
+            surface.edges = Edges::of(&surface.triangles, surface.positions.len());
+        }
         Ok(surface)
     }
 
@@ -204,6 +210,11 @@ impl Surface {
     #[must_use]
     pub fn corners(&self, face: usize) -> [DVec3; 3] {
         self.triangles[face].map(|v| self.positions[v as usize])
+    }
+
+    /// Positions of all faces' corners.
+    pub fn faces(&self) -> impl Iterator<Item = [DVec3; 3]> {
+        (0..self.triangles.len()).map(|face| self.corners(face))
     }
 
     /// The least box around the faces.
@@ -218,19 +229,6 @@ impl Surface {
         let middle = 0.5 * bounds.lo + 0.5 * bounds.hi;
         volume(&self.positions, &self.triangles, middle)
     }
-}
-
-/// Signed volume of the cone from `tip` over `triangles`.
-fn volume<'a>(
-    positions: &[DVec3],
-    triangles: impl IntoIterator<Item = &'a [u32; 3]>,
-    tip: DVec3,
-) -> f64 {
-    let cone = |corners: &[u32; 3]| {
-        let [a, b, c] = corners.map(|v| positions[v as usize] - tip);
-        a.dot(b.cross(c)) / 6.0
-    };
-    triangles.into_iter().map(cone).sum()
 }
 
 /// The corners of the faces, positions that are equal having one name: the lowest.
@@ -305,75 +303,6 @@ fn without_repeats(triangles: &[[u32; 3]]) -> Vec<[u32; 3]> {
     if kept.is_empty() { keep(true) } else { kept }
 }
 
-/// Turns faces over so that neighbours agree, in every connected part in which some do not; the
-/// number of faces turned. A part follows the sense of two thirds of its area, failing that it
-/// turns outward. One-sided parts are left as they are.
-fn turn_back(positions: &[DVec3], triangles: &mut [[u32; 3]], edges: &Edges) -> usize {
-    let mut turned: Vec<Option<bool>> = vec![None; triangles.len()];
-    let mut part: Vec<u32> = Vec::new();
-    let mut count = 0;
-    for seed in 0..triangles.len() {
-        if turned[seed].is_some() {
-            continue;
-        }
-        part.clear();
-        part.push(seed as u32);
-        turned[seed] = Some(false);
-        let (mut next, mut disagrees, mut one_sided) = (0, false, false);
-        while let Some(face) = part.get(next).map(|f| *f as usize) {
-            next += 1;
-            for i in 0..3 {
-                let half = edges.twin[3 * face + i];
-                if half == NONE {
-                    continue;
-                }
-                let (other, j) = (half as usize / 3, half as usize % 3);
-                let against = triangles[face][i] == triangles[other][j];
-                let sense = turned[face].map(|sense| sense != against);
-                disagrees |= against;
-                if turned[other].is_none() {
-                    turned[other] = sense;
-                    part.push(other as u32);
-                } else {
-                    one_sided |= turned[other] != sense;
-                }
-            }
-        }
-        if disagrees && !one_sided {
-            let (mut kept, mut changed) = (0.0, 0.0);
-            let mut oriented = Vec::with_capacity(part.len());
-            for face in &part {
-                let [a, b, c] = triangles[*face as usize];
-                let [p, q, r] = [a, b, c].map(|v| positions[v as usize]);
-                let area = (q - p).cross(r - p).length();
-                if turned[*face as usize] == Some(true) {
-                    changed += area;
-                    oriented.push([a, c, b]);
-                } else {
-                    kept += area;
-                    oriented.push([a, b, c]);
-                }
-            }
-            let over = if changed > 2.0 * kept {
-                true
-            } else if kept > 2.0 * changed {
-                false
-            } else {
-                let tip = Aabb::around(oriented.iter().flatten().map(|v| positions[*v as usize]));
-                volume(positions, &oriented, 0.5 * tip.lo + 0.5 * tip.hi) < 0.0
-            };
-            for (face, [a, b, c]) in part.iter().zip(oriented) {
-                let corners = if over { [a, c, b] } else { [a, b, c] };
-                let now = &mut triangles[*face as usize];
-                // The same sense may be written from another corner.
-                count += usize::from(*now != corners);
-                *now = corners;
-            }
-        }
-    }
-    count
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::samples::{both, cube, mapped, soup};
@@ -407,6 +336,23 @@ mod tests {
             let surface = Surface::new(&mesh).unwrap();
             assert!(surface.edges.is_closed_manifold());
             assert_eq!((surface.repairs.turned_faces, surface.volume()), (turned, 1.0));
+        }
+    }
+
+    #[test]
+    fn a_body_inside_out_beside_others_is_turned_over_but_a_cavity_is_not() {
+        let inverted = |side: f64, corner: f64| {
+            let mut body = mapped(&cube(), |p| side * p + DVec3::splat(corner));
+            body.triangles.iter_mut().for_each(|t| t.swap(0, 1));
+            body
+        };
+        for (side, corner, turned, volume) in
+            [(0.5, 2.0, 12, 1.125), (2.0, 2.0, 12, 9.0), (0.5, 0.25, 0, 0.875)]
+        {
+            let surface = Surface::new(&both(&cube(), &inverted(side, corner))).unwrap();
+            assert_eq!(surface.repairs.turned_faces, turned);
+            // A sum of 24 terms of order one.
+            assert!((surface.volume() - volume).abs() < 1e-14);
         }
     }
 

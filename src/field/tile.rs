@@ -73,10 +73,9 @@ pub struct Tile {
     found: Vec<Found>,
 }
 
-impl Tile {
+impl Default for Tile {
     /// A tile without points.
-    #[must_use]
-    pub fn new() -> Self {
+    fn default() -> Self {
         Self {
             count: 0,
             scaled: [[0.0; POINTS]; 3],
@@ -87,7 +86,9 @@ impl Tile {
             found: Vec::new(),
         }
     }
+}
 
+impl Tile {
     /// Number of the face nearest to a point.
     #[inline(always)]
     #[must_use]

@@ -163,6 +163,16 @@ impl Packet {
         for (lane, squared) in squared.iter_mut().enumerate() {
             *squared = self.lane(lane).squared_distance(point);
         }
+        // Most leaves hold nothing nearer: one comparison for all lanes.
+        let hopeful = squared.iter().fold(false, |any, s| any | (*s <= nearest.squared));
+        if !hopeful {
+            return;
+        }
+        // Most leaves hold nothing nearer: one comparison for all lanes.
+        let hopeful = squared.iter().fold(false, |any, s| any | (*s <= nearest.squared));
+        if !hopeful {
+            return;
+        }
         for (squared, number) in squared.into_iter().zip(self.number) {
             let candidate = Nearest { squared, number };
             if candidate.precedes(*nearest) {

@@ -336,12 +336,12 @@ fn add_leaf(surface: &Surface, faces: &[u32; LEAF], point: DVec3, sum: &mut Turn
     }
 }
 
-/// The winding number of `surface` around `point`, face by face.
-#[cfg(test)]
-pub(crate) fn exact(surface: &Surface, point: DVec3) -> f64 {
+/// The winding number of faces with these `corners` around `point`, face by face.
+#[must_use]
+pub fn exact(faces: impl IntoIterator<Item = [DVec3; 3]>, point: DVec3) -> f64 {
     let mut sum = Turning::NONE;
-    for face in 0..surface.triangles.len() {
-        let (re, im) = half_angle(surface.corners(face).map(|corner| corner - point));
+    for corners in faces {
+        let (re, im) = half_angle(corners.map(|corner| corner - point));
         sum.add(re, im);
     }
     sum.total()
@@ -352,6 +352,10 @@ mod tests {
     use super::super::samples::{Uniform, both, cube, mapped, sphere};
     use super::*;
     use crate::mesh::Mesh;
+
+    fn exact(surface: &Surface, point: DVec3) -> f64 {
+        super::exact(surface.faces(), point)
+    }
 
     #[test]
     fn a_cube_is_wound_once_inside_and_not_outside() {

@@ -34,6 +34,31 @@ const MARGIN: f64 = 1.0 / (1 << 22) as f64;
 const BINS: usize = 16;
 /// Depth from which ranges are halved by count: bounds the depth for any input.
 const HALVING_DEPTH: u32 = 48;
+/// Room for pending children. Every split of a range adds to its depth, so that nodes lie at most
+/// [`HALVING_DEPTH`] and the 32 halvings of 2^32 items deep, with [`WIDTH`] - 1 pending each.
+const STACK: usize = (HALVING_DEPTH as usize + 32) * (WIDTH - 1) + WIDTH;
+/// Comparisons that sort eight numbers, after Batcher 1968, doi:10.1145/1468075.1468121.
+const NETWORK: [(usize, usize); 19] = [
+    (0, 1),
+    (2, 3),
+    (4, 5),
+    (6, 7),
+    (0, 2),
+    (1, 3),
+    (4, 6),
+    (5, 7),
+    (1, 2),
+    (5, 6),
+    (0, 4),
+    (1, 5),
+    (2, 6),
+    (3, 7),
+    (2, 4),
+    (3, 5),
+    (1, 2),
+    (3, 4),
+    (5, 6),
+];
 /// Items in a range that is worth a thread.
 const PARALLEL: usize = 4096;
 
@@ -151,8 +176,57 @@ pub struct Found {
 }
 
 /// Pending children of a traversal, reused between traversals.
-#[derive(Debug, Default)]
-pub struct Stack(Vec<(f32, Packed)>);
+///
+/// A child is kept with its squared distance in front: distances are not negative, so that their
+/// bits are in their order.
+#[derive(Debug)]
+pub struct Stack {
+    pending: Vec<u64>,
+    len: usize,
+}
+
+impl Default for Stack {
+    fn default() -> Self {
+        Self { pending: vec![0; STACK], len: 0 }
+    }
+}
+
+impl Stack {
+    /// Puts the children of `node` within `bound` on the stack, the nearest on top.
+    #[inline(always)]
+    fn push(&mut self, node: &Node, distances: &[f32; WIDTH], bound: f32) {
+        let mut keys = [0; WIDTH];
+        let mut count = 0;
+        for lane in 0..WIDTH {
+            let near = distances[lane] <= bound;
+            let key = u64::from(distances[lane].to_bits()) << 32 | u64::from(node.child[lane].0);
+            keys[lane] = if near { key } else { 0 };
+            count += usize::from(near);
+        }
+        // A sorting network: no branches to mispredict. No child has the key 0, since the root is
+        // no child.
+        for (i, j) in NETWORK {
+            let (a, b) = (keys[i], keys[j]);
+            keys[i] = if a > b { a } else { b };
+            keys[j] = if a > b { b } else { a };
+        }
+        self.pending[self.len..self.len + WIDTH].copy_from_slice(&keys);
+        self.len += count;
+    }
+
+    /// Takes the topmost child within `bound`, dropping those above it.
+    #[inline(always)]
+    fn pop(&mut self, bound: f32) -> Option<Packed> {
+        while self.len > 0 {
+            self.len -= 1;
+            let key = self.pending[self.len];
+            if (key >> 32) as u32 <= bound.to_bits() {
+                return Some(Packed(key as u32));
+            }
+        }
+        None
+    }
+}
 
 /// What is done at a leaf. A trait rather than a closure, so that it can be compiled into the
 /// traversal and with its instruction set.
@@ -226,40 +300,18 @@ impl Bvh {
         mut bound: f32,
         visitor: &mut impl Visitor,
     ) {
-        let stack = &mut stack.0;
-        stack.clear();
-        let mut current = Packed(0);
-        loop {
-            match current.unpack() {
+        stack.len = 0;
+        let mut current = Some(Packed(0));
+        while let Some(child) = current {
+            match child.unpack() {
                 Child::Leaf(leaf) => bound = visitor.visit(leaf),
                 Child::Node(number) => {
                     let node = &self.nodes[number];
-                    let distances = node.distances(at, at);
-                    let mut near = [(0.0_f32, Packed::NOTHING); WIDTH];
-                    let mut count = 0;
-                    for (distance, child) in distances.into_iter().zip(node.child) {
-                        if distance <= bound {
-                            // Farthest first, so that the nearest is popped first.
-                            let mut slot = count;
-                            while slot > 0 && near[slot - 1].0 < distance {
-                                near[slot] = near[slot - 1];
-                                slot -= 1;
-                            }
-                            near[slot] = (distance, child);
-                            count += 1;
-                        }
-                    }
-                    stack.extend_from_slice(&near[..count]);
+                    stack.push(node, &node.distances(at, at), bound);
                 }
                 Child::Nothing => {}
             }
-            current = loop {
-                match stack.pop() {
-                    None => return,
-                    Some((distance, child)) if distance <= bound => break child,
-                    Some(_) => {}
-                }
-            };
+            current = stack.pop(bound);
         }
     }
 
@@ -274,26 +326,30 @@ impl Bvh {
         stack: &mut Stack,
         found: &mut Vec<Found>,
     ) {
-        let stack = &mut stack.0;
-        stack.clear();
-        stack.push((0.0, Packed(0)));
-        while let Some((_, current)) = stack.pop() {
-            let Child::Node(number) = current.unpack() else { continue };
-            let node = &self.nodes[number];
-            let distances = node.distances(lo, hi);
-            for (lane, (distance, child)) in distances.into_iter().zip(node.child).enumerate() {
-                if distance <= bound {
-                    match child.unpack() {
-                        Child::Leaf(leaf) => found.push(Found {
-                            leaf,
-                            lo: [node.lo[0][lane], node.lo[1][lane], node.lo[2][lane]],
-                            hi: [node.hi[0][lane], node.hi[1][lane], node.hi[2][lane]],
-                        }),
-                        Child::Node(_) => stack.push((0.0, child)),
-                        Child::Nothing => {}
+        stack.len = 0;
+        let mut current = Some(Packed(0));
+        while let Some(child) = current {
+            if let Child::Node(number) = child.unpack() {
+                let node = &self.nodes[number];
+                let distances = node.distances(lo, hi);
+                for (lane, (distance, child)) in distances.into_iter().zip(node.child).enumerate() {
+                    if distance <= bound {
+                        match child.unpack() {
+                            Child::Leaf(leaf) => found.push(Found {
+                                leaf,
+                                lo: [node.lo[0][lane], node.lo[1][lane], node.lo[2][lane]],
+                                hi: [node.hi[0][lane], node.hi[1][lane], node.hi[2][lane]],
+                            }),
+                            Child::Node(_) => {
+                                stack.pending[stack.len] = u64::from(child.0);
+                                stack.len += 1;
+                            }
+                            Child::Nothing => {}
+                        }
                     }
                 }
             }
+            current = stack.pop(bound);
         }
     }
 }

@@ -1,6 +1,6 @@
 //! The files that programs name, read from the file system.
 
-use crate::field::mesh_distance;
+use crate::field::{self, mesh_distance};
 use crate::lang::{Loaded, Loader, Refusal};
 use crate::mesh::io;
 use crate::num::Progress;
@@ -20,19 +20,19 @@ pub struct MeshNote {
     pub path: String,
     /// What reading it met: polygons, welded vertices, faces dropped.
     pub reading: io::ReadReport,
+    /// How its inside is told from its outside, and what was mended.
+    pub distance: field::Report,
 }
 
 impl MeshNote {
-    /// Remarks for the user, one a line, none if all is as it should be.
+    /// Remarks for the user, one a line.
     #[must_use]
     pub fn remarks(&self) -> Vec<String> {
-        let Self { path: _, reading } = self;
-        let mut remarks = Vec::new();
+        let Self { path: _, reading, distance } = self;
+        let mut remarks = vec![distance.to_string()];
         if reading.dropped > 0 {
-            remarks.push(format!(
-                "{} of {} faces have no area and were dropped",
-                reading.dropped, reading.faces
-            ));
+            let (dropped, faces) = (reading.dropped, reading.faces);
+            remarks.push(format!("{dropped} of {faces} faces have no area and were dropped"));
         }
         remarks
     }
@@ -74,10 +74,10 @@ impl Loader for Files {
             return Ok(loaded.clone());
         }
         let (mesh, reading) = io::read_with(Path::new(path), &Progress::new())
-            .map_err(|error| Refusal { cause: error.to_string() })?;
+            .map_err(|error| Refusal { cause: error.without_file() })?;
         let distance =
             mesh_distance(&mesh, path).map_err(|error| Refusal { cause: error.to_string() })?;
-        self.notes.push(MeshNote { path: path.to_owned(), reading });
+        self.notes.push(MeshNote { path: path.to_owned(), reading, distance: *distance.report() });
         let bounds = distance.bounds();
         let loaded = Loaded { distance: Arc::new(distance), bounds };
         self.meshes.insert(path.to_owned(), loaded.clone());

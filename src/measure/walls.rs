@@ -120,7 +120,9 @@ pub fn walls(
     for i in 0..positions.len() {
         let n = [gx[i], gy[i], gz[i]];
         let slope = n.iter().map(|c| c * c).sum::<f64>().sqrt();
-        if !((g[i].abs() - xi[i]).abs() <= ON_WALL * slope * spacing) || slope == 0.0 {
+        // False where any of them is NaN.
+        let on_wall = (g[i].abs() - xi[i]).abs() <= ON_WALL * slope * spacing;
+        if !on_wall || slope == 0.0 {
             continue;
         }
         let thickness = 2.0 * xi[i] / slope;

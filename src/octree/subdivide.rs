@@ -354,7 +354,7 @@ mod tests {
         for shape in [[1, 1, 1], [5, 5, 5], [13, 7, 22]] {
             let ball = Ball { bricks: shape, radius: 3.3, nan: f64::NEG_INFINITY };
             let found = bricks(&ball);
-            assert_eq!(found.total(), shape.iter().product());
+            assert_eq!(found.total(), shape.iter().product::<usize>());
             for number in 0..found.total() {
                 let node = NodeBox { level: 0, index: found.position(number) };
                 let range = ball.range(&node);

@@ -6,6 +6,7 @@
 
 use super::brick::select;
 use super::buffers::allocate;
+use super::chains::{Chains, Lead};
 use super::octet::{self, LANES, Octet};
 use super::points;
 use crate::eval::enclosure::dead_sides;
@@ -52,6 +53,8 @@ struct Instruction {
     action: Action,
     operands: [Source; 4],
     out: u32,
+    /// The number of the extremum among those in chains.
+    link: Option<u32>,
 }
 
 /// A split sum, its terms as sources.
@@ -70,6 +73,10 @@ pub struct BoxProgram {
     buffers: usize,
     /// By bit: the bit of the region around it.
     around: Vec<Option<u32>>,
+    /// The bits that have a bit around them.
+    nested: Vec<u64>,
+    words: usize,
+    chains: Chains,
 }
 
 /// What is run, whatever the boxes.
@@ -84,6 +91,7 @@ struct Code {
 #[derive(Debug, Default)]
 pub struct BoxWorkspace {
     buffers: Vec<Octet>,
+    leads: Vec<Lead>,
     any: Vec<u64>,
     runs: Vec<Range<usize>>,
 }
@@ -101,17 +109,20 @@ impl UniformRanges {
 }
 
 impl BoxProgram {
-    /// The program of `schedule`, that of boxes of the source expression that was `lowered`.
+    /// The program of `schedule`, that of boxes of the source expression that was `lowered`, with
+    /// `words` words of activity a box.
     #[must_use]
-    pub fn new(schedule: &Schedule, leaves: &Leaves, graph: &Graph, lowered: &Lowered) -> Self {
+    pub fn new(
+        schedule: &Schedule,
+        leaves: &Leaves,
+        (graph, lowered): (&Graph, &Lowered),
+        words: usize,
+    ) -> Self {
         let tape = schedule.tape();
         let gathered = |p: Position| tape.axes(p).len() == 1 && leaves.has(tape.node(p));
         let positions: FxHashMap<NodeId, Position> =
             tape.positions().map(|p| (tape.node(p), p)).collect();
-        let mut keep = vec![false; tape.len()];
-        for &p in tape.outputs() {
-            keep[p.index()] = true;
-        }
+        let mut keep = tape.output_flags();
         for split in tape.positions().filter_map(|p| lowered.split(tape.node(p))) {
             for term in &split.terms {
                 keep[positions[&term.leaf].index()] = true;
@@ -139,13 +150,19 @@ impl BoxProgram {
                 code.push_op(schedule, p, &sources);
             }
         }
-        let mut around = Vec::new();
+        let mut around: Vec<Option<u32>> = vec![None; 64 * words];
+        let mut nested = vec![0; words];
         let regions = schedule.regions();
         for region in regions.inner() {
             if let Some(bit) = regions.bit(region) {
-                around.resize(around.len().max(bit as usize + 1), None);
                 around[bit as usize] = regions.bit(regions.parent(region));
+                let inner = u64::from(around[bit as usize].is_some());
+                nested[bit as usize / 64] |= inner << (bit % 64);
             }
+        }
+        let chains = Chains::new(schedule, lowered);
+        for (instruction, p) in code.instructions.iter_mut().zip(tape.positions()) {
+            instruction.link = chains.link(p);
         }
         let run = schedule.stage(TABLE).filter(|&p| gathered(p)).chain(schedule.stage(BOX));
         Self {
@@ -154,30 +171,37 @@ impl BoxProgram {
             buffers: allocation.counts.first().copied().unwrap_or(0) as usize,
             code,
             around,
+            nested,
+            words,
+            chains,
         }
     }
 
     /// Fresh memory for one thread.
     #[must_use]
     pub fn workspace(&self) -> BoxWorkspace {
-        BoxWorkspace { buffers: vec![Octet::ZERO; self.buffers], ..BoxWorkspace::default() }
+        BoxWorkspace {
+            buffers: vec![Octet::ZERO; self.buffers],
+            leads: self.chains.leads(),
+            ..BoxWorkspace::default()
+        }
     }
 
-    /// Encloses the expression over at most eight boxes, `words` words of `activity` a box.
+    /// Encloses the expression over at most eight boxes.
     pub fn ranges(
         &self,
         workspace: &mut BoxWorkspace,
         (uniforms, levels): (&UniformRanges, &Levels),
         boxes: &[NodeBox],
-        words: usize,
         activity: &mut [u64],
         ranges: &mut [Interval],
     ) {
-        let BoxWorkspace { buffers, any, runs } = workspace;
+        let words = self.words;
+        let BoxWorkspace { buffers, leads, any, runs } = workspace;
         any.clear();
         any.resize(words, 0);
-        for (i, word) in activity.iter().enumerate() {
-            any[i % words.max(1)] |= word;
+        for own in activity.chunks_exact(words.max(1)) {
+            any.iter_mut().zip(own).for_each(|(any, own)| *any |= own);
         }
         select(&self.steps, any, runs);
         let mut rows: [[&[Interval]; LANES]; 3] = [[&[]; LANES]; 3];
@@ -188,7 +212,14 @@ impl BoxProgram {
             }
         }
         let frame = Frame { uniforms, rows, words, boxes: boxes.len() };
-        self.code.run(runs, &frame, activity, buffers);
+        self.code.run(runs, &frame, activity, buffers, leads);
+        for run in runs.iter().rev() {
+            for instruction in self.code.instructions[run.clone()].iter().rev() {
+                if let Some(link) = instruction.link {
+                    self.chains.prune(link, leads, activity, words, boxes.len());
+                }
+            }
+        }
         for own in activity.chunks_exact_mut(words.max(1)) {
             self.inherit(own);
         }
@@ -201,12 +232,11 @@ impl BoxProgram {
     /// Clears the bits of regions inside dead ones; a region's bit follows that around it.
     fn inherit(&self, activity: &mut [u64]) {
         for word in 0..activity.len() {
-            let mut left = activity[word];
+            let mut left = activity[word] & self.nested[word];
             while left != 0 {
                 let bit = 64 * word + left.trailing_zeros() as usize;
                 left &= left - 1;
-                let around = self.around.get(bit).copied().flatten();
-                if around.is_some_and(|around| !is_set(activity, around)) {
+                if self.around[bit].is_some_and(|around| !is_set(activity, around)) {
                     activity[word] &= !(1 << (bit % 64));
                 }
             }
@@ -225,10 +255,10 @@ struct Frame<'a> {
 
 impl Frame<'_> {
     #[inline(always)]
-    fn read(&self, source: Source, buffers: &[Octet]) -> Octet {
+    fn read<'v>(&'v self, source: Source, buffers: &'v [Octet]) -> &'v Octet {
         match source {
-            Source::Uniform(number) => self.uniforms.0[number as usize],
-            Source::Buffer(buffer) => buffers[buffer as usize],
+            Source::Uniform(number) => &self.uniforms.0[number as usize],
+            Source::Buffer(buffer) => &buffers[buffer as usize],
         }
     }
 }
@@ -246,7 +276,7 @@ impl Code {
             Source::Buffer(out) => (action, out),
             Source::Uniform(_) => (Action::Read, 0),
         };
-        self.instructions.push(Instruction { action, operands: list, out });
+        self.instructions.push(Instruction { action, operands: list, out, link: None });
     }
 
     fn push_wave(
@@ -300,12 +330,13 @@ impl Code {
         frame: &Frame<'_>,
         activity: &mut [u64],
         buffers: &mut [Octet],
+        leads: &mut [Lead],
     ) {
         lanes::dispatch(
             #[inline(always)]
             || {
                 for instruction in runs.iter().flat_map(|run| &self.instructions[run.clone()]) {
-                    self.step(instruction, frame, activity, buffers);
+                    self.step(instruction, frame, activity, buffers, leads);
                 }
             },
         );
@@ -318,8 +349,9 @@ impl Code {
         frame: &Frame<'_>,
         activity: &mut [u64],
         buffers: &mut [Octet],
+        leads: &mut [Lead],
     ) {
-        let Instruction { action, operands, out } = *instruction;
+        let Instruction { action, operands, out, link } = *instruction;
         let read = |i: usize| frame.read(operands[i], buffers);
         let value = match action {
             Action::Read => return,
@@ -327,24 +359,31 @@ impl Code {
                 let rows = &frame.rows[axis.index()];
                 Octet::from_lanes(|i| rows[i][table as usize])
             }
-            Action::Unary(op) => octet::unary(op, &read(0)),
-            Action::Square => octet::square(&read(0)),
-            Action::Binary(op) => octet::binary(op, &read(0), &read(1)),
+            Action::Unary(op) => octet::unary(op, read(0)),
+            Action::Square => octet::square(read(0)),
+            Action::Binary(op) => octet::binary(op, read(0), read(1)),
             Action::Choose(extremum, bits) => {
+                let (mut first, mut second);
                 let (mut a, mut b) = (read(0), read(1));
                 if bits != [None, None] {
-                    choose(extremum, bits, frame, activity, &mut a, &mut b);
+                    (first, second) = (*a, *b);
+                    choose(extremum, bits, frame, activity, &mut first, &mut second);
+                    (a, b) = (&first, &second);
                 }
-                octet::binary(extremum.operator(), &a, &b)
+                let value = octet::binary(extremum.operator(), a, b);
+                if let Some(link) = link {
+                    leads[link as usize] = Lead::new(extremum, a, b, &value);
+                }
+                value
             }
             Action::Pick(extremum, bits) => {
-                let (mut a, mut b) = (read(0), read(1));
+                let (mut a, mut b) = (*read(0), *read(1));
                 choose(extremum, bits, frame, activity, &mut a, &mut b);
-                octet::pick(extremum, [&a, &b, &read(2), &read(3)])
+                octet::pick(extremum, [&a, &b, read(2), read(3)])
             }
             Action::Wave(op, number) => {
                 let wave = &self.waves[number as usize];
-                wave.widened(octet::unary(op, &read(0)), frame, buffers)
+                wave.widened(&octet::unary(op, read(0)), frame, buffers)
             }
             Action::Oracle(oracle, bit) => {
                 let at = [0, 1, 2].map(read);
@@ -394,7 +433,7 @@ const LARGEST_SUM: f64 = 1e300;
 impl Wave {
     /// The range of the split form, given that of the source form.
     #[inline(never)]
-    fn widened(&self, source: Octet, frame: &Frame<'_>, buffers: &[Octet]) -> Octet {
+    fn widened(&self, source: &Octet, frame: &Frame<'_>, buffers: &[Octet]) -> Octet {
         let mut sums = [0.0; LANES];
         for (leaf, factors) in &self.terms {
             let mut magnitudes = frame.read(*leaf, buffers).magnitude();
@@ -436,7 +475,7 @@ pub fn enclose(
 ) -> Result<(), Failure> {
     let schedule = Schedule::plain(&Tape::new(graph, outputs));
     let tape = schedule.tape();
-    let keep: Vec<bool> = tape.positions().map(|p| tape.outputs().contains(&p)).collect();
+    let keep = tape.output_flags();
     let varies = |p: Position| !tape.axes(p).is_empty();
     let allocation = allocate(tape, |p| varies(p).then_some(0), |p| keep[p.index()]);
     let uniform: Vec<Position> = tape.positions().filter(|&p| !varies(p)).collect();
@@ -465,7 +504,7 @@ pub fn enclose(
                 buffers[buffer as usize] = Octet::from_lanes(|i| side[i.min(boxes - 1)]);
             } else {
                 let run = p.index()..p.index() + 1;
-                code.run(&[run], &frame, &mut [], &mut buffers);
+                code.run(&[run], &frame, &mut [], &mut buffers, &mut []);
             }
         }
         for (k, &p) in tape.outputs().iter().enumerate() {

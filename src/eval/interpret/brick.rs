@@ -28,8 +28,7 @@ pub struct BrickProgram {
     once: Vec<Step>,
     plane: Vec<Step>,
     output: Source,
-    planes: usize,
-    edges: usize,
+    buffers: usize,
 }
 
 /// An oracle that is asked once a brick.
@@ -74,11 +73,8 @@ impl BrickProgram {
             let computed = tape.axes(p).len() >= 2 && volume_of[p.index()].is_none();
             computed.then(|| usize::from(shape(p) != Shape::Plane))
         };
-        let mut keep: Vec<bool> = tape.positions().map(|p| flat(&p)).collect();
-        for &p in tape.outputs() {
-            keep[p.index()] = true;
-        }
-        let allocation = allocate(tape, pool, |p| keep[p.index()]);
+        let output = tape.output_flags();
+        let allocation = allocate(tape, pool, |p| output[p.index()] || flat(&p));
         let planes = allocation.counts.first().copied().unwrap_or(0);
         let edges = allocation.counts.get(1).copied().unwrap_or(0);
         let sources: Vec<Source> = (tape.positions())
@@ -130,18 +126,15 @@ impl BrickProgram {
             instructions,
             calls,
             volumes,
-            planes: planes as usize,
-            edges: edges as usize,
+            buffers: (planes + edges) as usize,
         }
     }
 
     /// Fresh memory for one thread.
     #[must_use]
     pub fn workspace(&self) -> BrickWorkspace {
-        let planes = (0..self.planes).map(|_| vec![0.0; PLANE]);
-        let edges = (0..self.edges).map(|_| vec![0.0; BRICK]);
         BrickWorkspace {
-            buffers: planes.chain(edges).collect(),
+            buffers: vec![Vec::new(); self.buffers],
             volumes: vec![vec![0.0; PLANE * BRICK]; self.volumes.len()],
             ..BrickWorkspace::default()
         }

@@ -26,6 +26,16 @@ pub(super) enum Shape {
     AlongY,
 }
 
+impl Shape {
+    /// Lanes of a buffer.
+    const fn lanes(self) -> usize {
+        match self {
+            Self::Plane => PLANE,
+            Self::AlongX | Self::AlongY => ROW,
+        }
+    }
+}
+
 /// Where an operand is read from.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Source {
@@ -75,7 +85,7 @@ pub(super) struct Call {
     pub outs: [Option<u32>; 4],
 }
 
-/// The buffers of one thread.
+/// The buffers of one thread, each made when it is first written.
 pub(super) type Buffers = Vec<Vec<f64>>;
 
 /// What instructions read besides buffers.
@@ -177,6 +187,9 @@ fn step(
         Shape::Plane => frame.lanes.next_multiple_of(ROW),
         Shape::AlongX | Shape::AlongY => ROW,
     };
+    if values.is_empty() {
+        values.resize(shape.lanes(), 0.0);
+    }
     let target = &mut values[..lanes];
     let view = |i: usize| frame.view(operands[i], shape, buffers);
     match action {
@@ -225,12 +238,14 @@ fn call(
     for (at, operand) in at.iter_mut().zip(operands) {
         frame.view(operand, shape, buffers).copy_to(&mut at[..lanes]);
     }
-    let mut unwanted = [const { Vec::new() }; 4];
     let wants_gradient = call.outs[1..].iter().any(Option::is_some);
-    let mut outs: [Vec<f64>; 4] = std::array::from_fn(|i| match call.outs[i] {
-        Some(out) => std::mem::take(&mut buffers[out as usize]),
-        None if i == 0 || wants_gradient => vec![0.0; lanes],
-        None => std::mem::take(&mut unwanted[i]),
+    let mut outs: [Vec<f64>; 4] = std::array::from_fn(|i| {
+        let mut values =
+            call.outs[i].map_or_else(Vec::new, |out| std::mem::take(&mut buffers[out as usize]));
+        if i == 0 || wants_gradient {
+            values.resize(shape.lanes(), 0.0);
+        }
+        values
     });
     let [value, gradient @ ..] = &mut outs;
     let gradient = wants_gradient.then(|| gradient.each_mut().map(|g| &mut g[..lanes]));

@@ -66,7 +66,7 @@ impl LineProgram {
         }
         // What a batch makes lasts while the batch does; so does the coordinate, which is written
         // before anything runs.
-        let mut keep: Vec<bool> = tape.positions().map(|p| tape.outputs().contains(&p)).collect();
+        let mut keep = tape.output_flags();
         let mut wanted = keep.clone();
         for p in tape.positions() {
             for &o in tape.op(p).operands().iter() {
@@ -150,10 +150,7 @@ impl LineProgram {
     /// Fresh memory for one thread.
     #[must_use]
     pub fn workspace(&self) -> LineWorkspace {
-        LineWorkspace {
-            buffers: (0..self.buffers).map(|_| vec![0.0; PLANE]).collect(),
-            ..LineWorkspace::default()
-        }
+        LineWorkspace { buffers: vec![Vec::new(); self.buffers], ..LineWorkspace::default() }
     }
 
     /// Sets up a batch of edges whose lower nodes are `nodes` of the brick whose least node is
@@ -223,7 +220,9 @@ impl LineProgram {
     ) -> Result<(), Failure> {
         let LineWorkspace { buffers, nodes, activity, inner, .. } = workspace;
         if let Some(buffer) = self.coordinate {
-            buffers[buffer as usize][..at.len()].copy_from_slice(at);
+            let buffer = &mut buffers[buffer as usize];
+            buffer.resize(PLANE, 0.0);
+            buffer[..at.len()].copy_from_slice(at);
         }
         let frame = frame(leaves, nodes, activity);
         code::run(&self.between, inner, &self.calls, &frame, buffers)?;

@@ -7,6 +7,7 @@
 mod boxes;
 mod brick;
 mod buffers;
+mod chains;
 mod code;
 mod lanes;
 mod line;

@@ -5,7 +5,7 @@
 
 use crate::eval::enclosure;
 use crate::expr::{Binary, Extremum, Unary};
-use crate::num::{Interval, elementary};
+use crate::num::{Interval, lanes};
 
 /// Lanes of an octet.
 pub(super) const LANES: usize = 8;
@@ -46,9 +46,27 @@ impl Octet {
     pub(super) fn from_lanes(lane: impl Fn(usize) -> Interval) -> Self {
         let mut octet = Self::ZERO;
         for i in 0..LANES {
-            octet.set_lane(i, lane(i));
+            let value = lane(i);
+            octet.lo[i] = value.lo;
+            octet.hi[i] = value.hi;
+            octet.nan |= u8::from(value.nan) << i;
         }
         octet
+    }
+
+    /// The lower ends.
+    pub(super) const fn lower(&self) -> &[f64; LANES] {
+        &self.lo
+    }
+
+    /// The upper ends.
+    pub(super) const fn upper(&self) -> &[f64; LANES] {
+        &self.hi
+    }
+
+    /// The lanes that may be NaN, as bits.
+    pub(super) const fn nan(&self) -> u8 {
+        self.nan
     }
 
     /// The largest magnitude in each lane.
@@ -86,6 +104,11 @@ impl Octet {
 }
 
 #[inline(always)]
+fn both_finite(a: &Octet, b: &Octet) -> bool {
+    a.is_finite() && b.is_finite()
+}
+
+#[inline(always)]
 fn lesser(a: f64, b: f64) -> f64 {
     if a < b { a } else { b }
 }
@@ -102,8 +125,8 @@ pub(super) fn unary(op: Unary, a: &Octet) -> Octet {
         Unary::Neg => a.ends(|lo, hi| (-hi, -lo)),
         Unary::Abs => a.ends(|lo, hi| (greater(greater(lo, -hi), 0.0), greater(hi, -lo))),
         Unary::Sqrt if a.lo.iter().all(|lo| *lo >= 0.0) => a.ends(|lo, hi| (lo.sqrt(), hi.sqrt())),
-        Unary::Sin => wave(a, elementary::sin, Interval::sin_between),
-        Unary::Cos => wave(a, elementary::cos, Interval::cos_between),
+        Unary::Sin => wave(a, lanes::sin, Interval::sin_between),
+        Unary::Cos => wave(a, lanes::cos, Interval::cos_between),
         Unary::Sign
         | Unary::Sqrt
         | Unary::Cbrt
@@ -128,14 +151,18 @@ fn each_unary(op: Unary, a: &Octet) -> Octet {
     Octet::from_lanes(|i| enclosure::unary(op, a.lane(i)))
 }
 
+/// Encloses a sine or cosine, both ends of all lanes being computed by one call of `function`.
 #[inline(always)]
 fn wave(
     a: &Octet,
-    function: impl Fn(f64) -> f64,
+    function: impl Fn(&[f64], &mut [f64]),
     between: impl Fn(Interval, f64, f64) -> Interval,
 ) -> Octet {
-    let ends = a.ends(|lo, hi| (function(lo), function(hi)));
-    Octet::from_lanes(|i| between(a.lane(i), ends.lo[i], ends.hi[i]))
+    let (mut ends, mut values) = ([0.0; 2 * LANES], [0.0; 2 * LANES]);
+    ends[..LANES].copy_from_slice(&a.lo);
+    ends[LANES..].copy_from_slice(&a.hi);
+    function(&ends, &mut values);
+    Octet::from_lanes(|i| between(a.lane(i), values[i], values[LANES + i]))
 }
 
 /// Encloses the product of a value with itself.
@@ -147,11 +174,10 @@ pub(super) fn square(a: &Octet) -> Octet {
 /// Encloses an operator of two operands.
 #[inline(always)]
 pub(super) fn binary(op: Binary, a: &Octet, b: &Octet) -> Octet {
-    let finite = || a.is_finite() && b.is_finite();
     match op {
-        Binary::Add if finite() => a.zip(b, |al, ah, bl, bh| (al + bl, ah + bh)),
-        Binary::Sub if finite() => a.zip(b, |al, ah, bl, bh| (al - bh, ah - bl)),
-        Binary::Mul if finite() => a.zip(b, |al, ah, bl, bh| {
+        Binary::Add if both_finite(a, b) => a.zip(b, |al, ah, bl, bh| (al + bl, ah + bh)),
+        Binary::Sub if both_finite(a, b) => a.zip(b, |al, ah, bl, bh| (al - bh, ah - bl)),
+        Binary::Mul if both_finite(a, b) => a.zip(b, |al, ah, bl, bh| {
             let (p, q, r, s) = (al * bl, al * bh, ah * bl, ah * bh);
             (lesser(lesser(p, q), lesser(r, s)), greater(greater(p, q), greater(r, s)))
         }),

@@ -29,7 +29,7 @@ pub fn points(
     // Every operation is computed, in depth-first order, without regions.
     let schedule = Schedule::plain(&tape);
     let tape = schedule.tape();
-    let keep: Vec<bool> = tape.positions().map(|p| tape.outputs().contains(&p)).collect();
+    let keep = tape.output_flags();
     let constant = |p: Position| matches!(tape.op(p), Op::Constant(_) | Op::Parameter(_));
     let allocation = allocate(tape, |p| (!constant(p)).then_some(0), |p| keep[p.index()]);
     let mut leaves = LeafValues::default();
@@ -58,7 +58,19 @@ pub fn points(
     let instructions: Vec<_> =
         (tape.positions()).map(|p| layout.instruction(p, graph.oracles(), &mut calls)).collect();
     let count = allocation.counts.first().copied().unwrap_or(0);
-    let mut buffers = vec![vec![0.0; PLANE]; count as usize];
+    let mut buffers = vec![Vec::new(); count as usize];
+    // A coordinate may share its buffer with what is done before it, so it is filled in its turn.
+    let mut parts = vec![(None, 0..0)];
+    for p in tape.positions() {
+        if let (Op::Coordinate(axis), Source::Buffer(buffer, _)) =
+            (tape.op(p), layout.sources[p.index()])
+        {
+            parts.push((Some((axis, buffer)), p.index()..p.index()));
+        }
+        if let Some((_, run)) = parts.last_mut() {
+            run.end = p.index() + 1;
+        }
+    }
     let total = out.first().map_or(0, |values| values.len());
     for start in (0..total).step_by(PLANE) {
         let lanes = PLANE.min(total - start);
@@ -71,17 +83,13 @@ pub fn points(
             activity: &[],
             lanes,
         };
-        // A coordinate's buffer may be reused once its last user is done, so it is filled in turn.
-        for p in tape.positions() {
-            if let (Op::Coordinate(axis), Source::Buffer(buffer, _)) =
-                (tape.op(p), layout.sources[p.index()])
-            {
-                buffers[buffer as usize][..lanes]
-                    .copy_from_slice(&at[axis.index()][start..start + lanes]);
-            } else {
-                let run = p.index()..p.index() + 1;
-                code::run(&instructions, &[run], &calls, &frame, &mut buffers)?;
+        for (coordinate, run) in &parts {
+            if let Some((axis, buffer)) = *coordinate {
+                let buffer = &mut buffers[buffer as usize];
+                buffer.resize(PLANE, 0.0);
+                buffer[..lanes].copy_from_slice(&at[axis.index()][start..start + lanes]);
             }
+            code::run(&instructions, std::slice::from_ref(run), &calls, &frame, &mut buffers)?;
         }
         for (&p, out) in tape.outputs().iter().zip(out.iter_mut()) {
             let view = frame.view(layout.sources[p.index()], Shape::Plane, &buffers);

@@ -43,7 +43,9 @@ pub(super) struct Branch {
 pub(super) struct Body<'a> {
     /// Emits the arithmetic; loads and stores are emitted by [`Body`] alone.
     pub(super) builder: FunctionBuilder<'a>,
-    frame: Value,
+    bases: [Value; Base::COUNT],
+    /// The first of the steps that the function is asked for, and the one after the last.
+    range: [Value; 2],
     reach: Reach,
 }
 
@@ -54,7 +56,13 @@ impl<'a> Body<'a> {
         builder.append_block_params_for_function_params(entry);
         builder.switch_to_block(entry);
         let frame = builder.block_params(entry)[0];
-        Self { builder, frame, reach: Reach::of_steps(steps) }
+        let mut word = |offset: usize| {
+            let flags = MemFlagsData::trusted().with_readonly();
+            builder.ins().load(I64, flags, frame, immediate(offset))
+        };
+        let bases = std::array::from_fn(|slot| word(slot * size_of::<*mut u8>()));
+        let range = [word(BEGIN), word(END)];
+        Self { builder, bases, range, reach: Reach::of_steps(steps) }
     }
 
     /// Ends the function.
@@ -66,14 +74,8 @@ impl<'a> Body<'a> {
     }
 
     /// The start of the memory behind `base`.
-    pub(super) fn base(&mut self, base: Base) -> Pointer {
-        let offset = base.slot() * size_of::<*mut u8>();
-        Pointer { base, address: self.frame_word(offset), extent: 0 }
-    }
-
-    fn frame_word(&mut self, offset: usize) -> Value {
-        let flags = MemFlagsData::trusted().with_readonly();
-        self.builder.ins().load(I64, flags, self.frame, immediate(offset))
+    pub(super) fn base(&self, base: Base) -> Pointer {
+        Pointer { base, address: self.bases[base.slot()], extent: 0 }
     }
 
     /// The address `stride` bytes beyond `pointer` for every count of `index`.
@@ -92,7 +94,7 @@ impl<'a> Body<'a> {
 
     /// Runs what `inside` emits for each of the steps that the function is asked for.
     pub(super) fn steps(&mut self, inside: impl FnOnce(&mut Self, Index)) {
-        let (begin, end) = (self.frame_word(BEGIN), self.frame_word(END));
+        let [begin, end] = self.range;
         let count = self.reach.steps;
         self.loop_between(begin, end, count, inside);
     }

@@ -9,7 +9,7 @@ use super::CompileError;
 use super::action::{Action, Emit, Fill, Gather, Run, actions};
 use super::assembly::Assembly;
 use super::body::{Body, Index};
-use super::call::Arguments;
+use super::call::{Arguments, Code};
 use super::calls::{Call, Operand, PLANE, ROW, Source, Spread};
 use super::flow::{self, Flow, Item, Kind};
 use super::layout::{self, Home, Users};
@@ -37,6 +37,7 @@ pub(super) enum Yield {
 /// A compiled program over bricks.
 #[derive(Debug)]
 pub(super) struct Brick {
+    pub(super) code: Code,
     volumes: Vec<Volume>,
     across: Vec<Action>,
     planes: Vec<Action>,
@@ -45,19 +46,21 @@ pub(super) struct Brick {
 }
 
 impl Brick {
-    /// Compiles the program of `schedule`, whose tape has one output, into `assembly`.
+    /// Compiles the program of `schedule`, whose tape has one output.
     pub(super) fn compile(
-        assembly: &mut Assembly,
         schedule: &Schedule,
         leaves: &Leaves,
         yields: Yield,
     ) -> Result<Self, CompileError> {
+        let mut assembly = Assembly::new()?;
         let plan = Plan::new(schedule, leaves, yields);
-        let mut part = Part { plan: &plan, assembly, flow: &plan.across, planes: false };
+        let mut part =
+            Part { plan: &plan, assembly: &mut assembly, flow: &plan.across, planes: false };
         let across = actions(&plan.across, &mut part, false)?;
         let mut part = Part { flow: &plan.planes, planes: true, ..part };
         let planes = actions(&plan.planes, &mut part, true)?;
-        Ok(Self { volumes: plan.volumes, across, planes, scratch: plan.scratch })
+        let (volumes, scratch) = (plan.volumes, plan.scratch);
+        Ok(Self { code: assembly.finish()?, volumes, across, planes, scratch })
     }
 
     /// Runs the program.
@@ -94,9 +97,9 @@ struct Plan<'a> {
 }
 
 /// Operations on all axes up to which a program is compiled for each side of its outermost extrema.
-const SPECIALISED: usize = 200;
+const SPECIALISED: usize = 48;
 /// Depth to which extrema are followed for that.
-const DEPTH: usize = 6;
+const DEPTH: usize = 3;
 /// Operations up to which a loop computes the vectors of a whole row at once.
 const ROW_AT_ONCE: usize = 12;
 
@@ -111,7 +114,7 @@ impl<'a> Plan<'a> {
         let flow = |belongs: &dyn Fn(AxisSet) -> bool| {
             let chosen = tape.positions().filter(|p| belongs(tape.axes(*p)));
             let computed = chosen.filter(|p| volumes.binary_search(p).is_err());
-            Flow::new(schedule, computed, kind)
+            Flow::new(schedule, computed, kind, &FxHashSet::default())
         };
         let across_flow = flow(&|axes| axes == across());
         let planes = flow(&|axes| axes.len() >= 2 && axes.contains(Axis::Z));
@@ -259,6 +262,7 @@ impl<'a> Plan<'a> {
         stored.extend(also.filter(|p| !stored.contains(p)));
         let window = Window::new(body, plane);
         let vectors = match ops.len() {
+            _ if !self.specialised => 1,
             0..=4 => VECTORS,
             5..=8 => VECTORS / 2,
             9..=24 => VECTORS / 4,

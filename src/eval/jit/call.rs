@@ -30,7 +30,8 @@ pub(super) enum Base {
 }
 
 impl Base {
-    const COUNT: usize = 8;
+    /// Number of pointers in the frame.
+    pub(super) const COUNT: usize = 8;
 
     /// Position of the pointer in the frame.
     pub(super) const fn slot(self) -> usize {
@@ -165,7 +166,8 @@ impl Code {
             size_of_val(*values),
         ];
         assert!(
-            steps.end <= reach.steps
+            steps.start < steps.end
+                && steps.end <= reach.steps
                 && reach.bytes.iter().zip(room).all(|(need, have)| *need <= have),
             "a compiled function is given what it reaches: {reach:?} in {room:?}"
         );
@@ -195,5 +197,52 @@ impl Code {
 impl std::fmt::Debug for Code {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Code").field("entries", &self.entries).finish_non_exhaustive()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::eval::jit::assembly::Assembly;
+
+    /// Doubles pairs of numbers in place, at most four pairs.
+    fn doubling() -> Code {
+        let mut assembly = Assembly::new().unwrap();
+        let double = |body: &mut crate::eval::jit::body::Body<'_>| {
+            let scratch = body.base(Base::Scratch);
+            body.steps(|body, step| {
+                let pair = body.advance(scratch, step, 16);
+                let value = body.load(pair, 0);
+                let twice =
+                    cranelift_codegen::ir::InstBuilder::fadd(body.builder.ins(), value, value);
+                body.store(twice, pair, 0);
+            });
+        };
+        assembly.define(4, double).unwrap();
+        assembly.finish().unwrap()
+    }
+
+    fn run(len: usize, steps: Range<usize>) -> Vec<f64> {
+        let mut scratch = vec![1.0; len];
+        let mut arguments = Arguments { scratch: &mut scratch, ..Arguments::default() };
+        doubling().call(0, &mut arguments, steps);
+        scratch
+    }
+
+    #[test]
+    fn a_function_runs_the_steps_that_it_is_asked_for() {
+        assert_eq!(run(8, 1..3), [1.0, 1.0, 2.0, 2.0, 2.0, 2.0, 1.0, 1.0]);
+    }
+
+    #[test]
+    #[should_panic(expected = "given what it reaches")]
+    fn a_call_with_too_little_memory_is_refused() {
+        run(7, 0..1);
+    }
+
+    #[test]
+    #[should_panic(expected = "given what it reaches")]
+    fn a_call_for_too_many_steps_is_refused() {
+        run(80, 0..5);
     }
 }

@@ -49,6 +49,8 @@ pub(super) struct Operand {
 #[derive(Clone, Debug)]
 enum Function {
     Unary(Unary, usize),
+    /// The sine and the cosine.
+    Wave(usize, usize),
     Binary(Binary, usize),
     /// An oracle by number; value and partial derivatives.
     Oracle(usize, [Option<usize>; 4]),
@@ -67,7 +69,8 @@ pub(super) struct Call {
 pub(super) type Staging = [[f64; PLANE]; 4];
 
 impl Call {
-    /// The call for `ops`, which differ in nothing but the output of an oracle.
+    /// The call for `ops`: outputs of an oracle at one point, or a sine and a cosine of one value,
+    /// or one operation.
     pub(super) fn new(
         tape: &Tape,
         ops: &[Position],
@@ -77,6 +80,14 @@ impl Call {
     ) -> Self {
         let first = tape.op(ops[0]);
         let function = match first {
+            Op::Unary(op, _) if ops.len() == 2 => {
+                let [own, other] = [result(ops[0]), result(ops[1])];
+                if op == Unary::Sin {
+                    Function::Wave(own, other)
+                } else {
+                    Function::Wave(other, own)
+                }
+            }
             Op::Unary(op, _) => Function::Unary(op, result(ops[0])),
             Op::Binary(op, _, _) => Function::Binary(op, result(ops[0])),
             Op::Oracle(oracle, ..) => {
@@ -106,6 +117,12 @@ impl Call {
         lanes: usize,
     ) -> Result<(), Failure> {
         let lanes = lanes.min(self.lanes);
+        if let [operand] = self.operands[..]
+            && let Some(first) = operand.buffer(plane)
+            && self.run_in_place(arguments.scratch, first, lanes)
+        {
+            return Ok(());
+        }
         for (operand, out) in self.operands.iter().zip(staging.iter_mut()) {
             operand.spread_to(arguments, plane, &mut out[..lanes]);
         }
@@ -114,6 +131,12 @@ impl Call {
         let scratch = &mut *arguments.scratch;
         match &self.function {
             Function::Unary(op, out) => unary(*op, a, &mut scratch[*out..][..lanes]),
+            Function::Wave(sine, cosine) => {
+                let (sines, cosines) = (*sine..sine + lanes, *cosine..cosine + lanes);
+                let outs = scratch.get_disjoint_mut([sines, cosines]);
+                let [sines, cosines] = outs.expect("results have buffers of their own");
+                lanes::sin_cos(a, sines, cosines);
+            }
             Function::Binary(op, out) => binary(*op, a, b, &mut scratch[*out..][..lanes]),
             Function::Oracle(oracle, outs) => {
                 let oracle = &oracles[*oracle];
@@ -135,6 +158,30 @@ impl Call {
     }
 }
 
+impl Call {
+    /// Computes functions of the buffer at `first` if no other buffer is needed; else false.
+    fn run_in_place(&self, scratch: &mut [f64], first: usize, lanes: usize) -> bool {
+        let range = |first: usize| first..first + lanes;
+        match self.function {
+            Function::Unary(op, out) => {
+                let Ok([a, out]) = scratch.get_disjoint_mut([range(first), range(out)]) else {
+                    return false;
+                };
+                unary(op, a, out);
+            }
+            Function::Wave(sine, cosine) => {
+                let ranges = [range(first), range(sine), range(cosine)];
+                let Ok([a, sines, cosines]) = scratch.get_disjoint_mut(ranges) else {
+                    return false;
+                };
+                lanes::sin_cos(a, sines, cosines);
+            }
+            Function::Binary(..) | Function::Oracle(..) => return false,
+        }
+        true
+    }
+}
+
 const fn slot(output: Output) -> usize {
     match output {
         Output::Value => 0,
@@ -143,6 +190,14 @@ const fn slot(output: Output) -> usize {
 }
 
 impl Operand {
+    /// Where its numbers lie in the scratch memory, if there is one for every lane.
+    const fn buffer(self, at: usize) -> Option<usize> {
+        match (self.source, self.spread) {
+            (Source::Scratch { first, plane }, Spread::Lanes) => Some(first + at * plane),
+            _ => None,
+        }
+    }
+
     /// Writes the operand's value in each lane to `out`.
     pub(super) fn spread_to(self, arguments: &Arguments<'_>, plane: usize, out: &mut [f64]) {
         let numbers = match &self.source {

@@ -1,8 +1,12 @@
-//! What compiled programs cost, printed: `cargo test --release figures -- --ignored --nocapture`.
+//! What programs cost, printed: `cargo test --release figures -- --ignored --nocapture`.
 
-use crate::eval::{BRICK, Bound, Engine, Program, Sampler};
+#![allow(clippy::print_stdout)] // It is what the figures are for.
+
+use crate::eval::{BRICK, Bound, End, Engine, NodeBox, Program, Sampler};
+use crate::expr::probe::Source;
 use crate::expr::{Binary, Graph, NodeId, Unary};
 use crate::geom::Axis;
+use crate::num::Interval;
 use std::time::Instant;
 
 fn constant_times(graph: &mut Graph, factor: f64, a: NodeId) -> NodeId {
@@ -56,31 +60,67 @@ fn ball(graph: &mut Graph, center: [f64; 3], radius: f64) -> NodeId {
     graph.sub(root, r)
 }
 
-fn nanoseconds(count: usize, mut work: impl FnMut()) -> f64 {
-    let mut best = f64::INFINITY;
-    for _ in 0..40 {
-        let start = Instant::now();
-        work();
-        best = best.min(start.elapsed().as_secs_f64());
-    }
-    best * 1e9 / count as f64
+/// Seconds that this thread has run, where Linux tells; else seconds that have passed.
+fn seconds(since: Instant) -> f64 {
+    let stat = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
+    let own = stat.split(' ').next().and_then(|run| run.parse::<f64>().ok());
+    own.map_or_else(|| since.elapsed().as_secs_f64(), |nanoseconds| nanoseconds * 1e-9)
 }
 
-fn bind(program: &Program) -> Bound {
-    let table: Vec<f64> = (0..=4 * BRICK).map(|i| -1.3 + 2.6 * i as f64 / 64.0).collect();
+/// Milliseconds of work; running time is counted in ticks, so the work is repeated for many.
+fn milliseconds(mut work: impl FnMut()) -> f64 {
+    let since = Instant::now();
+    let (begin, mut times) = (seconds(since), 0);
+    while since.elapsed().as_secs_f64() < 0.3 {
+        work();
+        times += 1;
+    }
+    (seconds(since) - begin) * 1e3 / f64::from(times)
+}
+
+/// Nanoseconds of the fastest of some short works, by their number of results.
+fn nanoseconds(count: usize, mut work: impl FnMut()) -> f64 {
+    let time = |_| {
+        let start = Instant::now();
+        work();
+        start.elapsed().as_secs_f64()
+    };
+    (0..60).map(time).fold(f64::INFINITY, f64::min) * 1e9 / count as f64
+}
+
+fn bind(program: &Program, bricks: usize) -> Bound {
+    let last = (bricks * BRICK) as f64;
+    let table: Vec<f64> = (0..=bricks * BRICK).map(|i| -1.3 + 2.6 * (i as f64 / last)).collect();
     program.bind([table.clone(), table.clone(), table], &[])
 }
 
-fn figures(name: &str, make: impl Fn(&mut Graph) -> NodeId) {
+/// The bricks that the surface may meet, with what they need.
+fn active(bound: &Bound, bricks: u32) -> Vec<([u32; 3], Vec<u64>)> {
+    let mut memory = bound.workspace();
+    let mut active = Vec::new();
+    for i in 0..bricks.pow(2) {
+        let index = [i % bricks, i / bricks, i * 7 % bricks];
+        let mut activity = vec![u64::MAX; bound.activity_words()];
+        let mut range = [Interval::ANYTHING];
+        let own = [NodeBox { level: 0, index }];
+        bound.ranges(&mut memory, &own, &mut activity, &mut range).unwrap();
+        if !range[0].is_inside() && !range[0].is_outside() {
+            active.push((index, activity));
+        }
+    }
+    active
+}
+
+fn figures(name: &str, bricks: usize, make: impl Fn(&mut Graph) -> NodeId) {
     let mut graph = Graph::new();
     let root = make(&mut graph);
     for engine in [Engine::Interpreter, Engine::Compiled] {
-        let make = nanoseconds(1, || drop(Program::new(&graph, root, engine).unwrap()));
+        let make = milliseconds(|| drop(Program::new(&graph, root, engine).unwrap()));
         let program = Program::new(&graph, root, engine).unwrap();
-        let bound = bind(&program);
+        let bound = bind(&program, bricks);
         let mut memory = bound.workspace();
         let words = bound.activity_words();
-        println!("{name}, {engine:?}: made in {:.2} ms", make * 1e-6);
+        println!("{name}, {engine:?}: made in {make:.2} ms");
         let mut activities = vec![vec![u64::MAX; words]];
         if words == 1 {
             activities.extend((0..2).map(|bit| vec![!(1 << bit)]));
@@ -98,6 +138,17 @@ fn figures(name: &str, make: impl Fn(&mut Graph) -> NodeId) {
                 activity.first().unwrap_or(&0) & 15
             );
         }
+        let active = active(&bound, bricks as u32);
+        let mut signs = [0; 256];
+        let per = nanoseconds(active.len().max(1) * 4096, || {
+            for (brick, activity) in &active {
+                bound.signs(&mut memory, *brick, activity, &mut signs).unwrap();
+            }
+        });
+        let live: u32 =
+            active.iter().flat_map(|(_, bits)| bits).map(|word| word.count_ones()).sum();
+        let (count, live) = (active.len(), f64::from(live) / active.len() as f64);
+        println!("    signs {per:.3} ns a sample in {count} active bricks with {live:.1} bits");
         let nodes: Vec<u16> = (0..256u16).map(|i| (i as u32 * 2503 % 4096) as u16).collect();
         let at: Vec<f64> = (0..256).map(|i| 0.1 + 1e-3 * f64::from(i)).collect();
         let activity = vec![u64::MAX; words];
@@ -107,7 +158,7 @@ fn figures(name: &str, make: impl Fn(&mut Graph) -> NodeId) {
                 bound.line_begin(&mut memory, axis, [1, 1, 2], &nodes, &activity).unwrap();
             });
             let ends = nanoseconds(256, || {
-                bound.line_ends(&mut memory, crate::eval::End::Upper, &mut values).unwrap();
+                bound.line_ends(&mut memory, End::Upper, &mut values).unwrap();
             });
             let between = nanoseconds(256, || {
                 bound.line(&mut memory, &at, &mut values, &mut slopes).unwrap();
@@ -121,7 +172,7 @@ fn figures(name: &str, make: impl Fn(&mut Graph) -> NodeId) {
 #[test]
 #[ignore = "prints figures for five seconds"]
 fn figures_of_named_expressions() {
-    figures("gyroid", |graph| {
+    figures("gyroid", 4, |graph| {
         let at = graph.point();
         gyroid(graph, at)
     });
@@ -129,28 +180,30 @@ fn figures_of_named_expressions() {
         let cube = cube(graph);
         graph.binary(Binary::Max, field, cube)
     };
-    figures("gyroid in a box", |graph| {
+    figures("gyroid in a box", 4, |graph| {
         let at = graph.point();
         let field = gyroid(graph, at);
         boxed(graph, field)
     });
-    figures("gyroid turned about z in a box", |graph| {
+    figures("gyroid turned about z in a box", 4, |graph| {
         let at = graph.point();
         let at = turned(graph, at, 2, 0.3);
         let field = gyroid(graph, at);
         boxed(graph, field)
     });
-    figures("gyroid turned about two axes in a box", |graph| {
+    figures("gyroid turned about two axes in a box", 4, |graph| {
         let at = graph.point();
         let at = turned(graph, at, 2, 0.3);
         let at = turned(graph, at, 0, 1.1);
         let field = gyroid(graph, at);
         boxed(graph, field)
     });
-    for count in [20, 1000] {
-        figures(&format!("{count} balls"), |graph| {
-            let center = |i: usize| [7, 11, 13].map(|p| (i * p % 101) as f64 / 50.0 - 1.0);
-            let mut balls: Vec<NodeId> = (0..count).map(|i| ball(graph, center(i), 0.1)).collect();
+    for (count, bricks) in [(20, 4), (1000, 32)] {
+        figures(&format!("{count} balls"), bricks, |graph| {
+            let mut source = Source(1);
+            let mut balls: Vec<NodeId> = (0..count)
+                .map(|_| ball(graph, [(); 3].map(|()| source.within(-1.0, 1.0)), 0.1))
+                .collect();
             while balls.len() > 1 {
                 let pairs = balls.chunks(2).map(|pair| match pair {
                     [a, b] => graph.min(*a, *b),

@@ -5,8 +5,8 @@ use super::ops;
 use crate::eval::regions::RegionId;
 use crate::eval::schedule::{Schedule, Step};
 use crate::eval::tape::{Op, Position, Tape};
-use crate::expr::AxisSet;
-use rustc_hash::FxHashMap;
+use crate::expr::{AxisSet, Binary, Unary};
+use rustc_hash::{FxHashMap, FxHashSet};
 use std::ops::Range;
 
 /// An element of a [`Flow`].
@@ -90,14 +90,18 @@ fn is_joint(tape: &Tape, a: Position, b: Position) -> bool {
 }
 
 impl Flow {
-    /// The flow of `operations` (ascending), `kind` telling how each is computed.
+    /// The flow of `operations` (ascending), `kind` telling how each is computed; the regions with
+    /// bits in `always` are run even if they are dead.
     pub(super) fn new(
         schedule: &Schedule,
         operations: impl IntoIterator<Item = Position>,
         kind: impl Fn(Position) -> Kind,
+        always: &FxHashSet<u32>,
     ) -> Self {
         let (tape, regions) = (schedule.tape(), schedule.regions());
         let losers = losers(schedule);
+        let operations: Vec<Position> = operations.into_iter().collect();
+        let partners = partners(schedule, &operations);
         let steps = schedule.steps(operations);
         let mut items: Vec<Item> = Vec::new();
         let mut floor = 0;
@@ -109,6 +113,7 @@ impl Flow {
                 floor = items.len();
             }
             match step {
+                Step::Enter { bit, .. } if always.contains(bit) => {}
                 Step::Enter { bit, end } => {
                     open.push((items.len(), *end));
                     items.push(Item::Enter { bit: *bit, end: 0, losers: Vec::new() });
@@ -118,14 +123,26 @@ impl Flow {
                     // Lesser rates never depend on greater ones.
                     run.sort_by_key(|p| tape.axes(*p).len().max(2));
                     for p in run {
+                        // A partner has been appended together with the first of the two.
+                        let partner = match partners.get(&p) {
+                            Some(&q) if q < p && kind(q) == Kind::Call => continue,
+                            partner => partner.copied().filter(|_| kind(p) == Kind::Call),
+                        };
                         append(&mut items, floor, tape, p, kind(p));
-                        let Some((region, loser)) = losers.get(&p) else { continue };
-                        let bit = regions.bit(*region);
-                        let holder = open.iter().rev().map(|(item, _)| *item).find(|item| {
-                            matches!(&items[*item], Item::Enter { bit: b, .. } if Some(*b) == bit)
-                        });
-                        if let Some(Item::Enter { losers, .. }) = holder.map(|i| &mut items[i]) {
-                            losers.push((p, *loser));
+                        if let (Some(q), Some(Item::Call(ops))) = (partner, items.last_mut()) {
+                            ops.push(q);
+                        }
+                        for p in [Some(p), partner].into_iter().flatten() {
+                            let Some((region, loser)) = losers.get(&p) else { continue };
+                            let bit = regions.bit(*region);
+                            let holder = open.iter().rev().map(|(item, _)| *item).find(|item| {
+                                matches!(&items[*item], Item::Enter { bit: b, .. } if Some(*b) == bit)
+                            });
+                            if let Some(Item::Enter { losers, .. }) =
+                                holder.map(|item| &mut items[item])
+                            {
+                                losers.push((p, *loser));
+                            }
                         }
                     }
                 }
@@ -221,6 +238,53 @@ pub(super) fn walk(
             Item::Call(_) | Item::Gather(_) => {}
         }
     }
+}
+
+/// The bits of the regions whose operations, all together, cost at most `limit` additions.
+///
+/// To run such a region costs less than to ask whether it is dead; the values of a dead side lose
+/// against those of the other whether they are computed or stood in for.
+pub(super) fn cheap(schedule: &Schedule, limit: usize) -> FxHashSet<u32> {
+    let (tape, regions) = (schedule.tape(), schedule.regions());
+    let mut costs: FxHashMap<RegionId, usize> = FxHashMap::default();
+    for p in tape.positions() {
+        let op = tape.op(p);
+        let cost = match op {
+            _ if is_call(op) => limit + 1,
+            Op::Unary(Unary::Sqrt, _) | Op::Binary(Binary::Div | Binary::Mod, ..) => 5,
+            Op::Coordinate(_)
+            | Op::Constant(_)
+            | Op::Parameter(_)
+            | Op::Unary(..)
+            | Op::Binary(..)
+            | Op::Pick(..)
+            | Op::Oracle(..) => 1,
+        };
+        *costs.entry(regions.of(p)).or_default() += cost;
+    }
+    let mut cheap = FxHashSet::default();
+    for region in regions.inner().rev() {
+        let cost = costs.get(&region).copied().unwrap_or(0);
+        *costs.entry(regions.parent(region)).or_default() += cost;
+        cheap.extend(regions.bit(region).filter(|_| cost <= limit));
+    }
+    cheap
+}
+
+/// Sines and cosines of one value in one region, each with the other.
+fn partners(schedule: &Schedule, operations: &[Position]) -> FxHashMap<Position, Position> {
+    let (tape, regions) = (schedule.tape(), schedule.regions());
+    let mut waves: FxHashMap<(Position, RegionId), Position> = FxHashMap::default();
+    let mut partners = FxHashMap::default();
+    for &p in operations {
+        if let Op::Unary(Unary::Sin | Unary::Cos, a) = tape.op(p)
+            && let Some(q) = waves.insert((a, regions.of(p)), p)
+        {
+            partners.insert(p, q);
+            partners.insert(q, p);
+        }
+    }
+    partners
 }
 
 /// Operands of extrema that belong to the very region of their side, with that region and the

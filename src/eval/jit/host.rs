@@ -3,7 +3,7 @@
 //! Promises that every program of a process is compiled with the same settings, found once.
 
 use super::CompileError;
-use cranelift_codegen::isa::OwnedTargetIsa;
+use cranelift_codegen::isa::{self, OwnedTargetIsa};
 use cranelift_codegen::settings::{self, Configurable, Flags};
 use cranelift_jit::{JITBuilder, JITModule};
 use cranelift_module::default_libcall_names;
@@ -16,6 +16,11 @@ fn target() -> Result<OwnedTargetIsa, CompileError> {
 }
 
 fn detect() -> Result<OwnedTargetIsa, CompileError> {
+    with_flags(cranelift_native::builder().map_err(CompileError::Host)?)
+}
+
+/// The backend of `builder` with the settings of all programs.
+fn with_flags(isa: isa::Builder) -> Result<OwnedTargetIsa, CompileError> {
     let mut builder = settings::builder();
     let verifier = if cfg!(any(test, debug_assertions)) { "true" } else { "false" };
     // `opt_level` beyond "none" moves every constant out of the loops and spills it there.
@@ -28,20 +33,29 @@ fn detect() -> Result<OwnedTargetIsa, CompileError> {
     ] {
         builder.set(name, value).map_err(|_| CompileError::Host("a setting is unknown"))?;
     }
-    cranelift_native::builder()
-        .map_err(CompileError::Host)?
-        .finish(Flags::new(builder))
+    isa.finish(Flags::new(builder))
         .map_err(|_| CompileError::Host("the code generator has no backend for it"))
 }
 
 /// A module without functions.
 pub(super) fn module() -> Result<JITModule, CompileError> {
-    let mut builder = JITBuilder::with_isa(target()?, default_libcall_names());
+    Ok(module_for(target()?))
+}
+
+/// A module for a host that has none of the optional instructions.
+#[cfg(test)]
+pub(super) fn plain_module() -> Result<JITModule, CompileError> {
+    let builder = cranelift_native::builder_with_options(false).map_err(CompileError::Host)?;
+    Ok(module_for(with_flags(builder)?))
+}
+
+fn module_for(target: OwnedTargetIsa) -> JITModule {
+    let mut builder = JITBuilder::with_isa(target, default_libcall_names());
     // Before SSE 4.1, x86-64 rounds by calls to the C library's names; a static binary has none.
     builder.symbol("floor", floor as *const u8);
     builder.symbol("ceil", ceil as *const u8);
     builder.symbol("nearbyint", nearest as *const u8);
-    Ok(JITModule::new(builder))
+    JITModule::new(builder)
 }
 
 extern "C" fn floor(a: f64) -> f64 {

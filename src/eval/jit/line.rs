@@ -9,7 +9,7 @@ use super::CompileError;
 use super::action::{Action, Emit, Fill, Gather, Run, actions};
 use super::assembly::Assembly;
 use super::body::{Body, Index, Pointer};
-use super::call::{Arguments, Base};
+use super::call::{Arguments, Base, Code};
 use super::calls::{Call, Operand, PLANE, Source, Spread};
 use super::flow::{self, Flow, Kind, Segment};
 use super::layout::{self, Home, Users};
@@ -23,15 +23,18 @@ use rustc_hash::FxHashSet;
 use std::ops::Range;
 
 /// Vectors that a loop computes in a round.
-const VECTORS: usize = 2;
+const VECTORS: usize = 1;
 /// Lanes of a round.
 const ROUND: usize = VECTORS * LANES;
+/// Regions that cost at most so many additions are run in any case: a test is a loop of its own.
+const CHEAP: usize = 16;
 /// Rounds in a full batch.
 const ROUNDS: usize = PLANE / ROUND;
 
 /// A compiled program over edges along one axis.
 #[derive(Debug)]
 pub(super) struct Line {
+    pub(super) code: Code,
     begin: Vec<Action>,
     ends: Vec<Action>,
     between: Vec<Action>,
@@ -45,16 +48,16 @@ pub(super) struct Line {
 
 impl Line {
     /// Compiles the program of `schedule`, whose tape yields the value and its derivative along
-    /// `axis`, into `assembly`.
+    /// `axis`.
     pub(super) fn compile(
-        assembly: &mut Assembly,
         schedule: &Schedule,
         leaves: &Leaves,
         axis: Axis,
     ) -> Result<Self, CompileError> {
+        let mut assembly = Assembly::new()?;
         let plan = Plan::new(schedule, leaves, axis);
         let Plan { begin, ends, between, .. } = &plan;
-        let mut part = Part { plan: &plan, assembly, flow: begin };
+        let mut part = Part { plan: &plan, assembly: &mut assembly, flow: begin };
         let begin = actions(begin, &mut part, false)?;
         let mut part = Part { flow: ends, ..part };
         let ends = actions(ends, &mut part, false)?;
@@ -64,6 +67,7 @@ impl Line {
         let home = |p: Position| plan.homes[p.index()];
         let coordinate = tape.positions().find(|p| tape.op(*p) == Op::Coordinate(axis));
         Ok(Self {
+            code: assembly.finish()?,
             begin,
             ends,
             between,
@@ -147,6 +151,7 @@ impl<'a> Plan<'a> {
     fn new(schedule: &'a Schedule, leaves: &'a Leaves, axis: Axis) -> Self {
         let tape = schedule.tape();
         let users = Users::new(tape);
+        let always = flow::cheap(schedule, CHEAP);
         let is_output = |p: Position| tape.outputs().contains(&p);
         // Values on the axis alone are in tables where others, or the result, are made from them.
         let fixed = schedule.stage(line::FIXED).filter(|&p| {
@@ -157,10 +162,10 @@ impl<'a> Plan<'a> {
             _ if flow::is_call(tape.op(p)) => Kind::Call,
             _ => Kind::Loop(AxisSet::ALL),
         };
-        let begin = Flow::new(schedule, fixed.chain(schedule.stage(line::BATCH)), kind);
+        let begin = Flow::new(schedule, fixed.chain(schedule.stage(line::BATCH)), kind, &always);
         let along = schedule.stage(line::ALONG);
         let along = along.filter(|p| !matches!(tape.op(*p), Op::Coordinate(_)));
-        let between = Flow::new(schedule, along.chain(schedule.stage(line::CORE)), kind);
+        let between = Flow::new(schedule, along.chain(schedule.stage(line::CORE)), kind, &always);
         let valued = valued(schedule);
         let core: FxHashSet<Position> =
             schedule.stage(line::CORE).filter(|p| valued[p.index()]).collect();
@@ -169,9 +174,9 @@ impl<'a> Plan<'a> {
         });
         let read: Vec<Position> = read.filter(|p| valued[p.index()]).collect();
         let valued_core = schedule.stage(line::CORE).filter(|p| core.contains(p));
-        let ends = Flow::new(schedule, read.iter().copied().chain(valued_core), |p| {
-            if tape.axes(p).len() == 1 { Kind::Gather } else { kind(p) }
-        });
+        let at_nodes = |p| if tape.axes(p).len() == 1 { Kind::Gather } else { kind(p) };
+        let ends = read.iter().copied().chain(valued_core);
+        let ends = Flow::new(schedule, ends, at_nodes, &always);
         let homes = vec![Home::Register; tape.len()];
         let mut plan = Self { schedule, leaves, users, homes, begin, ends, between, scratch: 0 };
         plan.house(&read);

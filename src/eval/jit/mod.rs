@@ -1,7 +1,7 @@
 //! The compiling engine: programs as machine code, by Cranelift.
 //!
-//! Returns the bits of the interpreter, on every host. One module of machine code is compiled for
-//! a program and freed with it. Arithmetic is compiled ([`ops`]); functions and oracles are called
+//! Returns the bits of the interpreter, on every host. A module of machine code is compiled for
+//! each program and freed with it. Arithmetic is compiled ([`ops`]); functions and oracles are called
 //! between compiled functions ([`calls`]), by Rust: compiled code itself calls nothing.
 
 mod action;
@@ -28,9 +28,8 @@ use super::schedule::Schedule;
 use crate::expr::Failure;
 use crate::geom::Axis;
 use action::Run;
-use assembly::Assembly;
 use brick::{Brick, Yield};
-use call::{Arguments, Code};
+use call::Arguments;
 use calls::{PLANE, Staging};
 use cranelift_module::ModuleError;
 use line::Line;
@@ -57,11 +56,10 @@ impl From<ModuleError> for CompileError {
 /// The compiled programs of an expression.
 #[derive(Debug)]
 pub struct Compiled {
-    code: Code,
     signs: Brick,
     lines: [Line; 3],
     /// Compiled when values are asked for first; few callers do.
-    values: OnceLock<Result<(Code, Brick), CompileError>>,
+    values: OnceLock<Result<Brick, CompileError>>,
     schedule: Schedule,
     leaves: Leaves,
 }
@@ -89,15 +87,15 @@ impl Compiled {
         lines: &[Schedule; 3],
         leaves: &Leaves,
     ) -> Result<Self, CompileError> {
-        let mut assembly = Assembly::new()?;
-        let signs = Brick::compile(&mut assembly, brick, leaves, Yield::Signs)?;
-        let mut line =
-            |axis: Axis| Line::compile(&mut assembly, &lines[axis.index()], leaves, axis);
-        let lines = [line(Axis::X)?, line(Axis::Y)?, line(Axis::Z)?];
+        // Compiling is most of the time of a small job.
+        let line = |axis: Axis| Line::compile(&lines[axis.index()], leaves, axis);
+        let (signs, (x, (y, z))) = rayon::join(
+            || Brick::compile(brick, leaves, Yield::Signs),
+            || rayon::join(|| line(Axis::X), || rayon::join(|| line(Axis::Y), || line(Axis::Z))),
+        );
         Ok(Self {
-            code: assembly.finish()?,
-            signs,
-            lines,
+            signs: signs?,
+            lines: [x?, y?, z?],
             values: OnceLock::new(),
             schedule: brick.clone(),
             leaves: leaves.clone(),
@@ -138,7 +136,7 @@ impl Compiled {
             signs,
             values: &mut [],
         };
-        let mut run = Run { code: &self.code, staging, tiles, lanes: PLANE, nodes: None };
+        let mut run = Run { code: &self.signs.code, staging, tiles, lanes: PLANE, nodes: None };
         self.signs.run(&mut run, &mut arguments)
     }
 
@@ -157,13 +155,9 @@ impl Compiled {
         activity: &[u64],
         values: &mut [f64; BRICK * BRICK * BRICK],
     ) -> Result<(), Failure> {
-        let compiled = self.values.get_or_init(|| {
-            let mut assembly = Assembly::new()?;
-            let values =
-                Brick::compile(&mut assembly, &self.schedule, &self.leaves, Yield::Values)?;
-            Ok((assembly.finish()?, values))
-        });
-        let (code, program) = compiled.as_ref().expect("the signs' program was compiled");
+        let compile = || Brick::compile(&self.schedule, &self.leaves, Yield::Values);
+        let program = self.values.get_or_init(compile).as_ref();
+        let program = program.expect("the signs of the same expression were compiled");
         let Workspace { scratch, staging, .. } = workspace;
         let mut arguments = Arguments {
             tables: Axis::ALL.map(|axis| tiles.tile(axis, brick[axis.index()])),
@@ -173,7 +167,7 @@ impl Compiled {
             signs: &mut [],
             values,
         };
-        let mut run = Run { code, staging, tiles, lanes: PLANE, nodes: None };
+        let mut run = Run { code: &program.code, staging, tiles, lanes: PLANE, nodes: None };
         program.run(&mut run, &mut arguments)
     }
 
@@ -249,8 +243,9 @@ impl Compiled {
             scratch: &mut lines[axis.index()],
             ..Arguments::default()
         };
-        let mut run = Run { code: &self.code, staging, tiles, lanes, nodes: Some(nodes) };
-        part(&self.lines[axis.index()], &mut run, &mut arguments)
+        let line = &self.lines[axis.index()];
+        let mut run = Run { code: &line.code, staging, tiles, lanes, nodes: Some(nodes) };
+        part(line, &mut run, &mut arguments)
     }
 }
 

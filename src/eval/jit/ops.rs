@@ -173,3 +173,82 @@ pub(super) fn signs(builder: &mut FunctionBuilder<'_>, row: [Value; 8]) -> Value
     let bytes = builder.ins().snarrow(low, high);
     builder.ins().vhigh_bits(I32, bytes)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::eval::jit::assembly::Assembly;
+    use crate::eval::jit::call::{Arguments, Base};
+    use crate::eval::jit::host;
+    use crate::expr::probe::SPECIAL;
+
+    const OPERANDS: usize = SPECIAL.len() * SPECIAL.len();
+
+    /// Every pair of special numbers, as first and second operands.
+    fn operands() -> [Vec<f64>; 2] {
+        let pairs = SPECIAL.iter().flat_map(|a| SPECIAL.iter().map(move |b| (*a, *b)));
+        let (a, b) = pairs.unzip();
+        [a, b]
+    }
+
+    /// What `emit` computes of the operands.
+    fn compiled(
+        mut assembly: Assembly,
+        emit: impl Fn(&mut FunctionBuilder<'_>, Value, Value) -> Value,
+    ) -> Vec<f64> {
+        let define = assembly.define(OPERANDS / 2, |body| {
+            let scratch = body.base(Base::Scratch);
+            body.steps(|body, step| {
+                let pair = body.advance(scratch, step, 16);
+                let (a, b) = (body.load(pair, 0), body.load(pair, OPERANDS));
+                let result = emit(&mut body.builder, a, b);
+                body.store(result, pair, 2 * OPERANDS);
+            });
+        });
+        let (number, code) = (define.unwrap(), assembly.finish().unwrap());
+        let mut scratch = operands().concat();
+        scratch.resize(3 * OPERANDS, 0.0);
+        let mut arguments = Arguments { scratch: &mut scratch, ..Arguments::default() };
+        code.call(number, &mut arguments, 0..OPERANDS / 2);
+        scratch.split_off(2 * OPERANDS)
+    }
+
+    fn check(
+        name: &str,
+        emit: impl Fn(&mut FunctionBuilder<'_>, Value, Value) -> Value,
+        expected: impl Fn(f64, f64) -> f64,
+    ) {
+        let [a, b] = operands();
+        for plain in [false, true] {
+            let module = if plain { host::plain_module() } else { host::module() };
+            let results = compiled(Assembly::on(module.unwrap()), &emit);
+            for ((a, b), result) in a.iter().zip(&b).zip(results) {
+                let expected = expected(*a, *b);
+                let same = result.to_bits() == expected.to_bits();
+                assert!(
+                    same || (result.is_nan() && expected.is_nan()),
+                    "{name} of {a:e} and {b:e} is {result:e}, not {expected:e}; plain: {plain}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn arithmetic_has_the_defined_bits_with_and_without_optional_instructions() {
+        for op in Unary::ALL.into_iter().filter(|op| is_arithmetic(*op)) {
+            let emit = |f: &mut FunctionBuilder<'_>, a, _| unary(f, op, a).unwrap();
+            check(op.name(), emit, |a, _| op.apply(a));
+        }
+        for op in Binary::ALL.into_iter().filter(|op| is_arithmetic_binary(*op)) {
+            let emit = |f: &mut FunctionBuilder<'_>, a, b| binary(f, op, a, b).unwrap();
+            check(op.name(), emit, |a, b| op.apply(a, b));
+        }
+        for extremum in [Extremum::Min, Extremum::Max] {
+            let emit = |f: &mut FunctionBuilder<'_>, a, b| {
+                let [c, d] = [1.0, 2.0].map(|value| constant(f, value));
+                pick(f, extremum, [a, b, c, d])
+            };
+            check("pick", emit, |a, b| if extremum.picks_first(a, b) { 1.0 } else { 2.0 });
+        }
+    }
+}

@@ -19,10 +19,20 @@ pub struct ReadError {
 
 impl ReadError {
     fn describe(&self) -> String {
-        let Self { file, place, fault } = self;
-        let place = place.map_or_else(String::new, |place| format!(", {place}"));
-        let cure = fault.cure().map_or_else(String::new, |cure| format!("; {cure}"));
-        format!("{file}{place}: {fault}{cure}")
+        let place = self.place.map_or_else(String::new, |place| format!(", {place}"));
+        format!("{}{place}: {}", self.file, self.cause_and_cure())
+    }
+
+    /// Place, cause and cure, for messages that name the file themselves.
+    #[must_use]
+    pub fn without_file(&self) -> String {
+        let place = self.place.map_or_else(String::new, |place| format!("{place}: "));
+        format!("{place}{}", self.cause_and_cure())
+    }
+
+    fn cause_and_cure(&self) -> String {
+        let cure = self.fault.cure().map_or_else(String::new, |cure| format!("; {cure}"));
+        format!("{}{cure}", self.fault)
     }
 }
 
