@@ -1,5 +1,7 @@
 //! What the acceptance tests share: a program's mesh, held to the promises of every mesh.
 
+#![allow(dead_code, reason = "each test crate uses a part")]
+
 use alveole::job::{Job, Settings};
 use alveole::mesh::Mesh;
 use alveole::mesh::check::check;
