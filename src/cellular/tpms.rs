@@ -9,7 +9,7 @@
 //! `sin(2*tau*x)` thrice evaluates it once a plane of samples.
 //!
 //! Source: the Cesogen paper, Table 1 and equations 16 and 17, after Fisher et al., reference 11
-//! there. `F` and `W` have zero sets that cross themselves: dilate or erode them a little.
+//! there. `F`, `W` and `Q*` have zero sets that cross themselves: dilate or erode them a little.
 
 use crate::expr::{Binary, Graph, NodeId, Unary};
 use crate::geom::Axis::{self, X, Y, Z};

@@ -1,0 +1,90 @@
+//! The same bytes, whatever the number of threads, the engine and the pruning.
+#![allow(clippy::unwrap_used)]
+
+mod common;
+
+use alveole::eval::Engine;
+use alveole::job::{Job, Settings};
+use alveole::mesh::io::{self, Format, Precision};
+use alveole::octree::Pruning;
+use common::job;
+use std::path::Path;
+use std::process::Command;
+
+const PROGRAMS: [&str; 5] = [
+    "gyroid dilate 0.35 box",
+    "box scale 4 sphere scale 5 p-surface scale 4 d-surface scale 3.75 gyroid scale 1.25",
+    "gyroid scale 0.4 shell 0.3 torus rotate 1 1,2,3 intersection sphere translate 1,0,0 union",
+    "'sin(5*x)*y + floor(3*z)/7 - 0.1/x' box",
+    "'sqrt(x*y) + mod(z, 0.3) - 0.2' box",
+];
+
+/// The bytes of the mesh that a job makes on some threads.
+fn bytes(job: &Job, settings: &Settings, threads: usize) -> Vec<u8> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+    let mesh = pool.install(|| job.mesh(settings)).unwrap();
+    common::assert_sound("a mesh", &mesh);
+    let mut bytes = Vec::new();
+    io::write(&mesh, Format::Ply, Precision::Double, &mut bytes).unwrap();
+    bytes
+}
+
+/// Checks every way to make the mesh of a job.
+fn check(name: &str, job: &Job) {
+    let bounds = job.bounds().unwrap();
+    let settings = Settings::with_spacing(bounds.size().max_element() / 70.0);
+    let how = |engine, pruning| Settings { engine, pruning, ..settings.clone() };
+    let expected = bytes(job, &how(Engine::Interpreter, Pruning::None), 1);
+    for engine in [Engine::Interpreter, Engine::Automatic] {
+        for pruning in [Pruning::Intervals, Pruning::None] {
+            for threads in [1, 2, 4] {
+                let found = bytes(job, &how(engine, pruning), threads);
+                assert!(found == expected, "{name}: {engine:?}, {pruning:?}, {threads} threads");
+            }
+        }
+    }
+}
+
+#[test]
+fn meshes_do_not_depend_on_threads_engine_or_pruning() {
+    for program in PROGRAMS {
+        check(program, &job(program));
+    }
+}
+
+#[test]
+fn meshes_of_meshes_do_not_depend_on_threads_engine_or_pruning() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("part.ply");
+    let part = common::sound_mesh("torus rotate 1 1,2,3 gyroid shell 0.8 scale 0.6", 0.06);
+    let mut file = std::fs::File::create(&path).unwrap();
+    io::write(&part, Format::Ply, Precision::Double, &mut file).unwrap();
+    let path = path.to_str().unwrap().to_owned();
+    for rest in ["", "shell 0.1", "gyroid scale 0.3 difference"] {
+        let words: Vec<String> =
+            path.split('\n').chain(rest.split_whitespace()).map(str::to_owned).collect();
+        check(rest, &Job::new(&words).unwrap());
+    }
+}
+
+#[test]
+fn files_do_not_depend_on_the_number_of_threads() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |threads: &str, name: &str| {
+        let file = format!("{threads}{name}");
+        let status = Command::new(env!("CARGO_BIN_EXE_alveole"))
+            .args(["mesh", "-q", "--threads", threads, "-s", "2/40", "-o", &file])
+            .args(["gyroid", "shell", "0.7", "sphere"])
+            .current_dir(folder.path())
+            .status()
+            .unwrap();
+        assert!(status.success());
+        std::fs::read(Path::new(folder.path()).join(file)).unwrap()
+    };
+    for name in ["mesh.ply", "mesh.stl", "mesh.obj", "mesh.off"] {
+        let expected = write("1", name);
+        for threads in ["2", "5"] {
+            assert!(write(threads, name) == expected, "{name} by {threads} threads");
+        }
+    }
+}

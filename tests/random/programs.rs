@@ -1,0 +1,190 @@
+//! Random program texts.
+
+use crate::common::sound_mesh;
+use alveole::cellular::tpms::CATALOGUE;
+use alveole::lang::names::Function;
+use alveole::mesh::io::{self, Format, Precision};
+use glam::DVec3;
+use tempfile::TempDir;
+
+/// Mesh files for programs: a closed one and an open one.
+pub struct Folder {
+    _folder: TempDir,
+    paths: [String; 2],
+}
+
+impl Folder {
+    pub fn new() -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let mut mesh = sound_mesh("torus rotate 0.3 1,0,0", 0.2);
+        let paths = ["closed.ply", "open.ply"].map(|name| {
+            let path = folder.path().join(name);
+            let mut bytes = Vec::new();
+            io::write(&mesh, Format::Ply, Precision::Double, &mut bytes).unwrap();
+            std::fs::write(&path, bytes).unwrap();
+            mesh.triangles.drain(..9);
+            path.to_str().unwrap().to_owned()
+        });
+        Self { _folder: folder, paths }
+    }
+}
+
+/// A small generator of random numbers and programs.
+pub struct Random(u64);
+
+impl Random {
+    /// The generator that `seed` begins.
+    pub fn new(seed: u64) -> Self {
+        Self(seed)
+    }
+
+    /// A number below `limit`.
+    pub fn below(&mut self, limit: usize) -> usize {
+        // splitmix64: Steele, Lea & Flood 2014, doi:10.1145/2660193.2660195.
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let z = (self.0 ^ self.0 >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ z >> 31) % limit as u64) as usize
+    }
+
+    /// A number from `lo` to `hi`.
+    pub fn between(&mut self, lo: f64, hi: f64) -> f64 {
+        lo + (hi - lo) * self.below(1 << 30) as f64 / f64::from(1 << 30)
+    }
+
+    /// A point of the cube of half width `half`.
+    pub fn point(&mut self, half: f64) -> DVec3 {
+        DVec3::from_array(std::array::from_fn(|_| self.between(-half, half)))
+    }
+
+    fn of<'a>(&mut self, list: &[&'a str]) -> &'a str {
+        list[self.below(list.len())]
+    }
+
+    /// A positive number of order one, often a simple one.
+    fn positive(&mut self) -> String {
+        match self.below(4) {
+            0 => self.of(&["1", "0.5", "2", "0.25", "1/3", "sqrt(2)", "1e-3", "7"]).to_owned(),
+            _ => format!("{:.3}", self.between(0.05, 1.6)),
+        }
+    }
+
+    /// A number of either sign, often a simple one.
+    fn number(&mut self) -> String {
+        match self.below(4) {
+            0 => self.of(&["0", "-1", "0.5", "-0.25", "pi/2", "1e-9", "-1/3", "1"]).to_owned(),
+            _ => format!("{:.3}", self.between(-1.5, 1.5)),
+        }
+    }
+
+    fn vector(&mut self, component: fn(&mut Self) -> String) -> String {
+        format!("{},{},{}", component(self), component(self), component(self))
+    }
+
+    /// An equation in x, y and z of about `size` operators and functions.
+    fn equation(&mut self, size: usize) -> String {
+        if size == 0 {
+            let leaf = self.below(9);
+            return match leaf {
+                0..6 => ["x", "y", "z"][leaf % 3].to_owned(),
+                6 => format!("{:.2}", self.between(0.0, 3.0)),
+                _ => self
+                    .of(&["0", "1", "2", "3", "0.5", "pi", "tau", "e", "1e-3", "10", "1e300"])
+                    .to_owned(),
+            };
+        }
+        let left = self.below(size);
+        let a = self.equation(left);
+        let b = self.equation(size - 1 - left);
+        match self.below(12) {
+            0..2 => format!("({a}+{b})"),
+            2..4 => format!("({a}-{b})"),
+            4..6 => format!("({a}*{b})"),
+            6 => format!("({a}/{b})"),
+            7 => format!("({a}^{b})"),
+            8 => format!("(-{a})"),
+            _ => {
+                let functions: Vec<_> = Function::all().collect();
+                let function = functions[self.below(functions.len())];
+                let arguments = [a, b, self.equation(size / 4)];
+                let (least, most) = function.arity();
+                let count = least.max(self.below(3) + 1).min(most);
+                format!("{}({})", function.name(), arguments[..count].join(","))
+            }
+        }
+    }
+
+    fn shape(&mut self, folder: &Folder) -> String {
+        match self.below(10) {
+            0..3 => {
+                let size = 1 + self.below(12);
+                // A coordinate first: an equation without one is a number.
+                format!("{}+{}", ["x", "y", "z"][self.below(3)], self.equation(size))
+            }
+            3..5 => {
+                let surface = CATALOGUE[self.below(CATALOGUE.len())].name;
+                format!("{surface} scale {}", self.positive())
+            }
+            5 if self.below(4) == 0 => folder.paths[self.below(2)].clone(),
+            _ => match self.below(10) {
+                0 => "sphere".to_owned(),
+                1 => "cylinder".to_owned(),
+                2 => "box".to_owned(),
+                3 => format!("rounded-box radius {:.2}", self.between(0.0, 1.0)),
+                4 => format!("torus major {} minor {}", self.positive(), self.positive()),
+                5 => format!("cone radius {} height {}", self.positive(), self.positive()),
+                6 => format!("capsule radius {} length {}", self.positive(), self.positive()),
+                7 => {
+                    let (normal, offset) = (self.vector(Self::positive), self.number());
+                    format!("plane normal {normal} offset {offset}")
+                }
+                8 => format!("ellipsoid radii {}", self.vector(Self::positive)),
+                _ => format!("octahedron radius {}", self.positive()),
+            },
+        }
+    }
+
+    fn operation(&mut self) -> String {
+        match self.below(8) {
+            0 => "complement".to_owned(),
+            1 => format!("dilate {}", self.number()),
+            2 => format!("erode {}", self.number()),
+            3 => format!("shell {}", self.positive()),
+            4 => format!("translate {}", self.vector(Self::number)),
+            5 => format!("scale {}", self.vector(Self::positive)),
+            6 => {
+                let [a, b, c] = [(); 3].map(|()| self.positive());
+                format!("scale {a},-{b},{c}")
+            }
+            _ => format!("rotate {} {}", self.number(), self.vector(Self::positive)),
+        }
+    }
+
+    /// Words of a program.
+    pub fn program(&mut self, folder: &Folder) -> Vec<String> {
+        let mut words = Vec::new();
+        let mut depth = 0;
+        let mut say = |text: &str| words.extend(text.split(' ').map(str::to_owned));
+        for _ in 0..1 + self.below(9) {
+            match self.below(5) {
+                0 if depth >= 2 => {
+                    say(self.of(&["union", "intersection", "difference"]));
+                    depth -= 1;
+                }
+                1 | 2 if depth >= 1 => say(&self.operation()),
+                _ => {
+                    say(&self.shape(folder));
+                    depth += 1;
+                }
+            }
+        }
+        // Most programs end as bounded solids.
+        if self.below(8) > 0 {
+            say(&format!("box scale {}", self.vector(Self::positive)));
+            if self.below(2) == 0 {
+                say(&format!("translate {}", self.vector(Self::number)));
+            }
+        }
+        words
+    }
+}
