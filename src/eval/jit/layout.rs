@@ -113,7 +113,8 @@ pub(super) fn kept(tape: &Tape, users: &Users, flows: &[&Flow], wanted: &[Positi
         let is_gathered = matches!(content, Item::Gather(_));
         for &position in content.ops() {
             let is_wanted = wanted.contains(&position);
-            let last = users.of(position).iter().map(|user| of(*user)).max();
+            let users_here = users.of(position).iter().map(|user| of(*user));
+            let last = users_here.filter(|&user| user != usize::MAX).max();
             let last = if is_wanted { usize::MAX } else { last.unwrap_or(item) };
             let leaves = users.of(position).iter().any(|user| of(*user) != item);
             if is_wanted || leaves || is_gathered || is_call(tape.op(position)) {
