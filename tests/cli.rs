@@ -1,5 +1,5 @@
 //! The two binaries, run as a user runs them.
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "tests may, and say what they skip")]
 
 use alveole::mesh::check::check;
 use alveole::mesh::io::read;

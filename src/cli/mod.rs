@@ -1,7 +1,7 @@
 //! The commands `alveole` and `cesogen`: arguments, reports, exit codes.
 //!
-//! One file a subcommand. Everything printed goes through [`report`]; everything done is done by
-//! [`job`](crate::job). Exit codes: 0 done; 1 the work failed; 2 the command line or the program
+//! One file a subcommand. Everything printed goes through `report`; everything done is done by
+//! [`job`]. Exit codes: 0 done; 1 the work failed; 2 the command line or the program
 //! text is wrong; 130 interrupted.
 
 mod args;

@@ -22,8 +22,6 @@ mod place;
 pub mod tables;
 
 #[cfg(test)]
-mod speed;
-#[cfg(test)]
 mod testing;
 #[cfg(test)]
 mod tests;

@@ -1,6 +1,6 @@
 //! Quantities of a solid: densities and wall thickness.
 //!
 //! Measures of a mesh by itself (volume, area, topology, quality) are in
-//! [`mesh::measure`](crate::mesh::measure); here is what also needs the field or the box.
+//! [`Measures`](crate::mesh::Measures); here is what also needs the field or the box.
 
 pub mod walls;

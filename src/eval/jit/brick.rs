@@ -5,7 +5,6 @@
 //! signs in registers. Where the whole expression is an extremum of which a brick needs one side
 //! only, that side's last loop packs the signs.
 
-use super::CompileError;
 use super::action::{Action, Emit, Fill, Gather, Run, actions};
 use super::assembly::Assembly;
 use super::body::{Body, Index};
@@ -16,13 +15,14 @@ use super::layout::{self, Home, Users};
 use super::segment::{Access, LANES, Lanes};
 use super::volume::{self, SAMPLES, Volume};
 use super::window::{VECTORS, Window, across, buffer_len};
+use super::{CompileError, check_size};
 use crate::eval::BRICK;
 use crate::eval::leaves::Leaves;
 use crate::eval::schedule::Schedule;
 use crate::eval::tape::{Op, Position};
 use crate::expr::{AxisSet, Failure};
 use crate::geom::Axis;
-use rustc_hash::FxHashSet;
+use rustc_hash::{FxHashMap, FxHashSet};
 use std::ops::Range;
 
 /// What a program over bricks returns.
@@ -54,6 +54,7 @@ impl Brick {
     ) -> Result<Self, CompileError> {
         let mut assembly = Assembly::new()?;
         let plan = Plan::new(schedule, leaves, yields);
+        check_size(plan.scratch)?;
         let mut part =
             Part { plan: &plan, assembly: &mut assembly, flow: &plan.across, planes: false };
         let across = actions(&plan.across, &mut part, false)?;
@@ -94,6 +95,11 @@ struct Plan<'a> {
     scratch: usize,
     /// Whether each side of the outermost extrema is compiled for itself.
     specialised: bool,
+    /// Extrema that are nothing to do where their first side is dead, with the second operand, in
+    /// whose buffer they are computed.
+    heirs: FxHashMap<Position, Position>,
+    /// Operands of those: nobody looks at them where they are dead.
+    unseen: FxHashSet<Position>,
 }
 
 /// Operations on all axes up to which a program is compiled for each side of its outermost extrema.
@@ -129,10 +135,41 @@ impl<'a> Plan<'a> {
             root: tape.outputs()[0],
             yields,
             scratch: 0,
+            heirs: FxHashMap::default(),
+            unseen: FxHashSet::default(),
         };
+        if !plan.specialised {
+            plan.find_heirs();
+        }
         plan.house(leaves);
         plan.add_volumes(&volumes);
         plan
+    }
+
+    /// Finds the extrema that need not be computed where a side is dead.
+    ///
+    /// In a large union most sides are dead, and what is left of the tree above a live part is a
+    /// chain of extrema that pass one value on.
+    fn find_heirs(&mut self) {
+        let (tape, regions) = (self.schedule.tape(), self.schedule.regions());
+        for item in &self.planes.items {
+            let Item::Segment(segment) = item else { continue };
+            let ([p], Some(_)) =
+                (&segment.ops[..], segment.ops.first().and_then(|p| regions.sides(*p)))
+            else {
+                continue;
+            };
+            let Op::Binary(_, a, b) = tape.op(*p) else { continue };
+            let is_own = |o: Position| {
+                tape.axes(o) == AxisSet::ALL
+                    && !matches!(tape.op(o), Op::Oracle(..))
+                    && self.users.of(o).iter().all(|user| user == p)
+            };
+            if *p != self.root && a != b && is_own(a) && is_own(b) {
+                self.heirs.insert(*p, b);
+                self.unseen.extend([a, b]);
+            }
+        }
     }
 
     /// Gives every value its home.
@@ -155,9 +192,10 @@ impl<'a> Plan<'a> {
         let rows = on(&|axes| !across().is_subset(axes));
         let planes = on(&|axes| axes == across());
         let all = on(&|axes| axes == AxisSet::ALL);
-        let end = layout::place(&rows, homes, 0, ROW, false);
-        let end = layout::place(&planes, homes, end, PLANE, false);
-        self.scratch = layout::place(&all, homes, end, PLANE, !self.specialised);
+        let none = FxHashMap::default();
+        let end = layout::place(&rows, homes, 0, ROW, false, &none);
+        let end = layout::place(&planes, homes, end, PLANE, false, &none);
+        self.scratch = layout::place(&all, homes, end, PLANE, !self.specialised, &self.heirs);
     }
 
     /// Adds the oracles that are asked once a brick.
@@ -220,13 +258,54 @@ impl<'a> Plan<'a> {
             body,
             flow,
             items,
-            &mut |body, segment| self.segment(body, &segment.ops, segment.rate, plane, None),
+            &mut |body, segment| match segment.ops[..] {
+                [p] if self.heirs.contains_key(&p) => self.heir(body, p, plane),
+                _ => self.segment(body, &segment.ops, segment.rate, plane, None),
+            },
             &mut |body, p, value| self.fill(body, p, value, plane),
         );
     }
 
+    /// Emits the extremum at `p`, which lies where its second operand lies.
+    fn heir(&self, body: &mut Body<'_>, p: Position, plane: Option<Index>) {
+        let regions = self.schedule.regions();
+        let sides = regions.sides(p).unwrap_or_default();
+        let [first, second] = sides.map(|side| side.and_then(|region| regions.bit(region)));
+        let first = first.map(|bit| body.if_live(bit));
+        let second = second.map(|bit| body.if_live(bit));
+        self.segment(body, &[p], AxisSet::ALL, plane, None);
+        if let Some(branch) = second {
+            body.if_dead(&branch);
+            self.copy_first(body, p, plane);
+            body.end_if(branch);
+        }
+        if let Some(branch) = first {
+            body.if_dead(&branch);
+            body.end_if(branch);
+        }
+    }
+
+    /// Copies the first operand of `p` to where `p` lies.
+    fn copy_first(&self, body: &mut Body<'_>, p: Position, plane: Option<Index>) {
+        let first = self.schedule.tape().op(p).operands()[0];
+        let window = Window::new(body, plane);
+        body.repeat(ROW, |body, row| {
+            let window = window.in_row(body, row);
+            let [from, to] = [first, p].map(|p| self.access(&window, p, AxisSet::ALL));
+            if let (Access::Lanes(from, a), Access::Lanes(to, b)) = (from, to) {
+                for v in 0..VECTORS {
+                    let lanes = body.load(from, a + v * LANES);
+                    body.store(lanes, to, b + v * LANES);
+                }
+            }
+        });
+    }
+
     /// Fills the buffer of `p`.
     fn fill(&self, body: &mut Body<'_>, p: Position, value: f64, plane: Option<Index>) {
+        if self.unseen.contains(&p) {
+            return;
+        }
         let axes = self.schedule.tape().axes(p);
         let window = Window::new(body, plane);
         let lanes = super::ops::constant(&mut body.builder, value);
@@ -262,6 +341,7 @@ impl<'a> Plan<'a> {
         stored.extend(also.filter(|p| !stored.contains(p)));
         let window = Window::new(body, plane);
         let vectors = match ops.len() {
+            1 => VECTORS,
             _ if !self.specialised => 1,
             0..=4 => VECTORS,
             5..=8 => VECTORS / 2,
@@ -498,6 +578,9 @@ impl Emit for Part<'_, '_> {
 
     fn fill(&self, (p, value): (Position, f64)) -> Option<Fill> {
         let first = self.plan.homes[p.index()].buffer()?;
+        if self.plan.unseen.contains(&p) {
+            return None;
+        }
         Some(Fill { first, len: buffer_len(self.plan.schedule.tape().axes(p)), value })
     }
 }

@@ -8,6 +8,7 @@
 
 #![allow(unsafe_code)]
 
+use crate::geom::Axis;
 use cranelift_jit::JITModule;
 use cranelift_module::FuncId;
 use std::ops::Range;
@@ -16,7 +17,7 @@ use std::ops::Range;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Base {
     /// Values of the one-axis nodes of x; y; z.
-    Table(crate::geom::Axis),
+    Table(Axis),
     /// Values of the parameters and of what depends on nothing else.
     Uniforms,
     /// Activity bits.

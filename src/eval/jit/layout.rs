@@ -5,6 +5,7 @@ use crate::eval::leaves::Leaves;
 use crate::eval::schedule::Schedule;
 use crate::eval::tape::{Op, Position, Tape};
 use crate::geom::Axis;
+use rustc_hash::FxHashMap;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
@@ -112,7 +113,8 @@ pub(super) fn kept(tape: &Tape, users: &Users, flows: &[&Flow], wanted: &[Positi
         let is_gathered = matches!(content, Item::Gather(_));
         for &position in content.ops() {
             let is_wanted = wanted.contains(&position);
-            let last = users.of(position).iter().map(|user| of(*user)).max();
+            let users_here = users.of(position).iter().map(|user| of(*user));
+            let last = users_here.filter(|&user| user != usize::MAX).max();
             let last = if is_wanted { usize::MAX } else { last.unwrap_or(item) };
             let leaves = users.of(position).iter().any(|user| of(*user) != item);
             if is_wanted || leaves || is_gathered || is_call(tape.op(position)) {
@@ -124,18 +126,32 @@ pub(super) fn kept(tape: &Tape, users: &Users, flows: &[&Flow], wanted: &[Positi
 }
 
 /// Gives buffers of `len` numbers to `kept`, from number `first` on; returns the number after the
-/// last. With `reuse`, values that are not alive at the same time share a buffer.
+/// last. With `reuse`, values that are not alive at the same time share a buffer. A value in
+/// `heirs` takes over the buffer of the operand given there, which nobody else uses.
 pub(super) fn place(
     kept: &[Kept],
     homes: &mut [Home],
     first: usize,
     len: usize,
     reuse: bool,
+    heirs: &FxHashMap<Position, Position>,
 ) -> usize {
+    // How long an heir is alive, so is the buffer that it takes over.
+    let mut lasts: FxHashMap<Position, usize> = FxHashMap::default();
+    for value in kept.iter().rev() {
+        let last = lasts.get(&value.position).copied().unwrap_or(value.last);
+        if let Some(operand) = heirs.get(&value.position) {
+            lasts.insert(*operand, last);
+        }
+    }
     let mut end = first;
     let mut free: Vec<usize> = Vec::new();
     let mut busy: BinaryHeap<Reverse<(usize, usize)>> = BinaryHeap::new();
     for value in kept {
+        if let Some(operand) = heirs.get(&value.position) {
+            homes[value.position.index()] = homes[operand.index()];
+            continue;
+        }
         while reuse && let Some(&Reverse((last, buffer))) = busy.peek() {
             if last >= value.item {
                 break;
@@ -147,7 +163,7 @@ pub(super) fn place(
             end += len;
             end - len
         });
-        busy.push(Reverse((value.last, buffer)));
+        busy.push(Reverse((lasts.get(&value.position).copied().unwrap_or(value.last), buffer)));
         homes[value.position.index()] = Home::Buffer(buffer);
     }
     end

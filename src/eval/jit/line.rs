@@ -5,7 +5,6 @@
 //! ends of the edges and computed in between, by the same operations. Everything is a loop over
 //! up to 256 lanes.
 
-use super::CompileError;
 use super::action::{Action, Emit, Fill, Gather, Run, actions};
 use super::assembly::Assembly;
 use super::body::{Body, Index, Pointer};
@@ -14,12 +13,13 @@ use super::calls::{Call, Operand, PLANE, Source, Spread};
 use super::flow::{self, Flow, Kind, Segment};
 use super::layout::{self, Home, Users};
 use super::segment::{Access, LANES, Lanes};
+use super::{CompileError, check_size};
 use crate::eval::leaves::Leaves;
 use crate::eval::schedule::{Schedule, line};
 use crate::eval::tape::{Op, Position};
 use crate::expr::{AxisSet, Failure};
 use crate::geom::Axis;
-use rustc_hash::FxHashSet;
+use rustc_hash::{FxHashMap, FxHashSet};
 use std::ops::Range;
 
 /// Vectors that a loop computes in a round.
@@ -40,6 +40,8 @@ pub(super) struct Line {
     between: Vec<Action>,
     /// Where the coordinates along the axis go.
     coordinate: Option<usize>,
+    /// Where the value is at the ends.
+    end_value: Home,
     value: Home,
     slope: Home,
     /// Numbers of scratch memory.
@@ -56,12 +58,14 @@ impl Line {
     ) -> Result<Self, CompileError> {
         let mut assembly = Assembly::new()?;
         let plan = Plan::new(schedule, leaves, axis);
+        check_size(plan.scratch)?;
         let Plan { begin, ends, between, .. } = &plan;
-        let mut part = Part { plan: &plan, assembly: &mut assembly, flow: begin };
+        let homes = &plan.homes;
+        let mut part = Part { plan: &plan, assembly: &mut assembly, flow: begin, homes };
         let begin = actions(begin, &mut part, false)?;
-        let mut part = Part { flow: ends, ..part };
+        let mut part = Part { flow: ends, homes: &plan.end_homes, ..part };
         let ends = actions(ends, &mut part, false)?;
-        let mut part = Part { flow: between, ..part };
+        let mut part = Part { flow: between, homes, ..part };
         let between = actions(between, &mut part, false)?;
         let tape = schedule.tape();
         let home = |p: Position| plan.homes[p.index()];
@@ -72,6 +76,7 @@ impl Line {
             ends,
             between,
             coordinate: coordinate.map(home).and_then(Home::buffer),
+            end_value: plan.end_homes[tape.outputs()[0].index()],
             value: home(tape.outputs()[0]),
             slope: home(tape.outputs()[1]),
             scratch: plan.scratch,
@@ -95,7 +100,7 @@ impl Line {
         values: &mut [f64],
     ) -> Result<(), Failure> {
         run.actions(&self.ends, arguments, rounds(run.lanes))?;
-        read(self.value, arguments, values);
+        read(self.end_value, arguments, values);
         Ok(())
     }
 
@@ -140,7 +145,10 @@ struct Plan<'a> {
     schedule: &'a Schedule,
     leaves: &'a Leaves,
     users: Users,
+    /// Homes of the values of the flows `begin` and `between`.
     homes: Vec<Home>,
+    /// Homes of the values of the flows `begin` and `ends`: loops are cut differently there.
+    end_homes: Vec<Home>,
     begin: Flow,
     ends: Flow,
     between: Flow,
@@ -177,14 +185,16 @@ impl<'a> Plan<'a> {
         let at_nodes = |p| if tape.axes(p).len() == 1 { Kind::Gather } else { kind(p) };
         let ends = read.iter().copied().chain(valued_core);
         let ends = Flow::new(schedule, ends, at_nodes, &always);
-        let homes = vec![Home::Register; tape.len()];
-        let mut plan = Self { schedule, leaves, users, homes, begin, ends, between, scratch: 0 };
-        plan.house(&read);
+        let (homes, end_homes) = (vec![Home::Register; tape.len()], Vec::new());
+        let scratch = 0;
+        let mut plan =
+            Self { schedule, leaves, users, homes, end_homes, begin, ends, between, scratch };
+        plan.house();
         plan
     }
 
-    /// Gives every value its home; those at `read` are gathered at the ends.
-    fn house(&mut self, read: &[Position]) {
+    /// Gives every value its home.
+    fn house(&mut self) {
         let tape = self.schedule.tape();
         for p in tape.positions().filter(|p| tape.axes(*p).is_empty()) {
             if let Op::Constant(bits) = tape.op(p) {
@@ -193,28 +203,31 @@ impl<'a> Plan<'a> {
                 self.homes[p.index()] = Home::Uniform(self.leaves.number(tape.node(p)) as usize);
             }
         }
-        let flows = [&self.begin, &self.between];
-        let kept = layout::kept(tape, &self.users, &flows, tape.outputs());
         // What a batch makes lasts as long as the batch.
         let first = self.begin.items.len();
-        let (lasting, passing): (Vec<_>, Vec<_>) = kept.iter().partition(|k| k.item < first);
-        let homes = &mut self.homes;
-        let mut end = layout::place(&lasting, homes, 0, PLANE, false);
+        let no_heirs = FxHashMap::default();
+        let kept = |flow: &Flow, wanted: &[Position]| -> (Vec<_>, Vec<_>) {
+            let kept = layout::kept(tape, &self.users, &[&self.begin, flow], wanted);
+            kept.into_iter().partition(|k| k.item < first)
+        };
+        let (lasting, passing) = kept(&self.between, tape.outputs());
+        let (_, passing_at_ends) = kept(&self.ends, &tape.outputs()[..1]);
+        let mut end = layout::place(&lasting, &mut self.homes, 0, PLANE, false, &no_heirs);
+        self.end_homes.clone_from(&self.homes);
         for p in tape.positions() {
-            let is_coordinate = matches!(tape.op(p), Op::Coordinate(_));
-            let is_new = passing.iter().all(|k| k.position != p);
-            if homes[p.index()] == Home::Register
-                && (is_coordinate || (read.contains(&p) && is_new))
-            {
-                homes[p.index()] = Home::Buffer(end);
+            if matches!(tape.op(p), Op::Coordinate(_)) && self.homes[p.index()] == Home::Register {
+                self.homes[p.index()] = Home::Buffer(end);
                 end += PLANE;
             }
         }
-        self.scratch = layout::place(&passing, homes, end, PLANE, true);
+        self.scratch = [(&passing, &mut self.homes), (&passing_at_ends, &mut self.end_homes)]
+            .map(|(passing, homes)| layout::place(passing, homes, end, PLANE, true, &no_heirs))
+            .into_iter()
+            .fold(end, usize::max);
     }
 
-    fn access(&self, scratch: Pointer, uniforms: Pointer, p: Position) -> Access {
-        match self.homes[p.index()] {
+    fn access(homes: &[Home], scratch: Pointer, uniforms: Pointer, p: Position) -> Access {
+        match homes[p.index()] {
             Home::Constant(value) => Access::Constant(value),
             Home::Uniform(number) => Access::Splat(uniforms, number),
             Home::Buffer(first) => Access::Lanes(scratch, first),
@@ -225,17 +238,17 @@ impl<'a> Plan<'a> {
     }
 
     /// Emits a loop over the lanes.
-    fn segment(&self, body: &mut Body<'_>, segment: &Segment) {
+    fn segment(&self, body: &mut Body<'_>, segment: &Segment, homes: &[Home]) {
         let tape = self.schedule.tape();
         let own: FxHashSet<Position> = segment.ops.iter().copied().collect();
         let mut stored = segment.ops.clone();
         stored.retain(|p| {
             let is_used = self.users.of(*p).iter().any(|user| !own.contains(user));
-            let is_kept = self.homes[p.index()].buffer().is_some();
+            let is_kept = homes[p.index()].buffer().is_some();
             is_kept && (is_used || tape.outputs().contains(p))
         });
         self.rounds(body, |body, scratch, uniforms| {
-            let access = |p| self.access(scratch, uniforms, p);
+            let access = |p| Self::access(homes, scratch, uniforms, p);
             let mut lanes = Lanes::new(body, tape, &segment.ops, None, &access);
             for vector in 0..VECTORS {
                 lanes.compute(body, vector, &access);
@@ -250,8 +263,8 @@ impl<'a> Plan<'a> {
     }
 
     /// Emits a loop that fills the buffer of `p`.
-    fn fill(&self, body: &mut Body<'_>, p: Position, value: f64) {
-        let Some(first) = self.homes[p.index()].buffer() else { return };
+    fn fill(&self, body: &mut Body<'_>, p: Position, value: f64, homes: &[Home]) {
+        let Some(first) = homes[p.index()].buffer() else { return };
         let lanes = super::ops::constant(&mut body.builder, value);
         self.rounds(body, |body, scratch, _| {
             (0..VECTORS).for_each(|v| body.store(lanes, scratch, first + v * LANES));
@@ -285,24 +298,25 @@ struct Part<'a, 'b> {
     plan: &'b Plan<'a>,
     assembly: &'b mut Assembly,
     flow: &'b Flow,
+    homes: &'b [Home],
 }
 
 impl Emit for Part<'_, '_> {
     fn code(&mut self, items: Range<usize>, _: bool) -> Result<usize, CompileError> {
-        let Self { plan, assembly, flow } = self;
+        let Self { plan, assembly, flow, homes } = self;
         assembly.define(ROUNDS, |body| {
             flow::walk(
                 body,
                 flow,
                 items,
-                &mut |body, segment| plan.segment(body, segment),
-                &mut |body, p, value| plan.fill(body, p, value),
+                &mut |body, segment| plan.segment(body, segment, homes),
+                &mut |body, p, value| plan.fill(body, p, value, homes),
             );
         })
     }
 
     fn call(&self, ops: &[Position]) -> Call {
-        let home = |p: Position| self.plan.homes[p.index()];
+        let home = |p: Position| self.homes[p.index()];
         let operand = |p: Position| match home(p) {
             Home::Constant(value) => {
                 Operand { source: Source::Constant(value), spread: Spread::One }
@@ -325,7 +339,7 @@ impl Emit for Part<'_, '_> {
         let tape = self.plan.schedule.tape();
         let gather = |p: &Position| {
             let axis = tape.axes(*p).iter().next()?;
-            let first = self.plan.homes[p.index()].buffer()?;
+            let first = self.homes[p.index()].buffer()?;
             let table = self.plan.leaves.number(tape.node(*p)) as usize;
             Some(Gather { axis, table, first })
         };
@@ -333,7 +347,7 @@ impl Emit for Part<'_, '_> {
     }
 
     fn fill(&self, (p, value): (Position, f64)) -> Option<Fill> {
-        let first = self.plan.homes[p.index()].buffer()?;
+        let first = self.homes[p.index()].buffer()?;
         Some(Fill { first, len: PLANE, value })
     }
 }

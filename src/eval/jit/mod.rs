@@ -1,8 +1,9 @@
 //! The compiling engine: programs as machine code, by Cranelift.
 //!
 //! Returns the bits of the interpreter, on every host. A module of machine code is compiled for
-//! each program and freed with it. Arithmetic is compiled ([`ops`]); functions and oracles are called
-//! between compiled functions ([`calls`]), by Rust: compiled code itself calls nothing.
+//! each program and freed with it. Arithmetic is compiled (`ops`); functions and oracles are called
+//! between compiled functions (`calls`), by Rust: compiled code itself calls nothing (but rounding
+//! functions on x86-64 without SSE 4.1), so nothing unwinds into it.
 
 mod action;
 mod assembly;
@@ -30,7 +31,7 @@ use crate::geom::Axis;
 use action::Run;
 use brick::{Brick, Yield};
 use call::Arguments;
-use calls::{PLANE, Staging};
+use calls::{PLANE, ROW, Staging};
 use cranelift_module::ModuleError;
 use line::Line;
 use std::sync::{Arc, OnceLock};
@@ -42,6 +43,9 @@ pub enum CompileError {
     /// There is no machine code for this host.
     #[error("this host runs no compiled programs: {0}")]
     Host(&'static str),
+    /// The program needs more memory than offsets in machine code reach.
+    #[error("the program is too large to be compiled ({0} bytes of buffers)")]
+    TooLarge(usize),
     /// The code generator refused the program.
     #[error("the program could not be compiled")]
     Generator(#[source] Arc<ModuleError>),
@@ -51,6 +55,12 @@ impl From<ModuleError> for CompileError {
     fn from(error: ModuleError) -> Self {
         Self::Generator(Arc::new(error))
     }
+}
+
+/// Refuses buffers of so many numbers if offsets in instructions don't reach their ends.
+fn check_size(numbers: usize) -> Result<(), CompileError> {
+    let bytes = numbers.saturating_mul(size_of::<f64>());
+    if bytes < i32::MAX as usize { Ok(()) } else { Err(CompileError::TooLarge(bytes)) }
 }
 
 /// The compiled programs of an expression.
@@ -87,6 +97,8 @@ impl Compiled {
         lines: &[Schedule; 3],
         leaves: &Leaves,
     ) -> Result<Self, CompileError> {
+        let tables = leaves.table_counts().into_iter().max().unwrap_or(0);
+        check_size(leaves.uniform_count().max(tables.saturating_mul(ROW)))?;
         // Compiling is most of the time of a small job.
         let line = |axis: Axis| Line::compile(&lines[axis.index()], leaves, axis);
         let (signs, (x, (y, z))) = rayon::join(

@@ -5,7 +5,6 @@
 //! with plain evaluation node by node.
 
 mod cases;
-mod timings;
 
 use super::{BRICK, Bound, End, Engine, NodeBox, Program, Sampler, Workspace, interpret};
 use crate::expr::probe::{self, Source};

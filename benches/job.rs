@@ -1,0 +1,37 @@
+//! The whole job: from program text to a PLY file on disk, 101 nodes a side, on one thread.
+#![allow(clippy::unwrap_used)]
+
+mod models;
+
+use alveole::job::{Job, Settings};
+use alveole::mesh::io::{FileSink, Format, Precision};
+use alveole::num::Progress;
+use criterion::Criterion;
+use models::{GYROID_BOX, GYROID_SHELL, Model, on_one_thread};
+use std::time::Duration;
+
+fn main() {
+    let mut criterion = Criterion::default()
+        .warm_up_time(Duration::from_millis(500))
+        .measurement_time(Duration::from_secs(2))
+        .sample_size(20)
+        .configure_from_args();
+    let mut group = criterion.benchmark_group("job");
+    for model in [GYROID_BOX, GYROID_SHELL] {
+        group.bench_function(model.name, |bencher| {
+            on_one_thread(|| bencher.iter(|| text_to_file(model)));
+        });
+    }
+    group.finish();
+    criterion.final_summary();
+}
+
+fn text_to_file(model: Model) {
+    let job = Job::parse(model.text).unwrap();
+    let settings = Settings::with_spacing(2.0 / 100.0);
+    let grid = job.grid(&settings).unwrap();
+    let file = tempfile::tempfile().unwrap();
+    let mut sink = FileSink::new(file, Format::Ply, Precision::Single).unwrap();
+    job.contour(&grid, &settings, &Progress::new(), &mut sink).unwrap();
+    sink.finish().unwrap();
+}

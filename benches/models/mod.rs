@@ -1,0 +1,123 @@
+//! The models that benches and records name, as program text.
+#![allow(dead_code, reason = "each bench uses some of the models")]
+
+use alveole::contour::Grid;
+use alveole::eval::{Bound, Engine, Program};
+use alveole::geom::Axis;
+use alveole::job::{Job, Settings};
+use alveole::mesh::Sink;
+use std::hint::black_box;
+use std::io;
+
+/// A program with a name.
+#[derive(Clone, Copy)]
+pub struct Model {
+    /// What records call it.
+    pub name: &'static str,
+    /// The program.
+    pub text: &'static str,
+}
+
+/// A level set that separates: every sine is of one axis.
+pub const GYROID: Model = Model { name: "gyroid", text: "gyroid" };
+/// The same turned about an axis of the grid: sines of two axes.
+pub const GYROID_ABOUT_Z: Model = Model { name: "gyroid-about-z", text: "gyroid rotate 0.3 0,0,1" };
+/// The same turned about any axis: sines of all three.
+pub const GYROID_ABOUT_ANY: Model =
+    Model { name: "gyroid-about-any", text: "gyroid rotate 0.7 1,2,3" };
+/// Four products of cosines.
+pub const NEOVIUS: Model = Model { name: "neovius", text: "neovius" };
+/// The longest formula of the catalogue but a few.
+pub const C_G: Model = Model { name: "c-g", text: "c-g" };
+/// A union of twenty balls, of which a box touches few.
+pub const SPHERES_20: Model = Model {
+    name: "spheres-20",
+    text: "sphere scale 0.3 translate -0.8,-0.7,-0.6 \
+           sphere scale 0.2 translate 0.1,-0.7,-0.8 union \
+           sphere scale 0.3 translate 0.8,-0.8,-0.5 union \
+           sphere scale 0.2 translate -0.5,-0.1,-0.7 union \
+           sphere scale 0.4 translate 0.4,0.1,-0.6 union \
+           sphere scale 0.3 translate -0.8,0.7,-0.7 union \
+           sphere scale 0.2 translate 0.2,0.8,-0.8 union \
+           sphere scale 0.3 translate 0.8,0.7,-0.7 union \
+           sphere scale 0.2 translate -0.7,-0.8,0.1 union \
+           sphere scale 0.4 translate 0.1,-0.6,0.0 union \
+           sphere scale 0.2 translate 0.8,-0.3,0.1 union \
+           sphere scale 0.3 translate -0.7,0.1,0.0 union \
+           sphere scale 0.2 translate 0.2,0.2,0.2 union \
+           sphere scale 0.3 translate -0.3,0.8,0.1 union \
+           sphere scale 0.3 translate 0.8,0.6,0.1 union \
+           sphere scale 0.3 translate -0.6,-0.7,0.8 union \
+           sphere scale 0.2 translate 0.5,-0.6,0.7 union \
+           sphere scale 0.4 translate -0.5,0.2,0.8 union \
+           sphere scale 0.3 translate 0.6,0.2,0.7 union \
+           sphere scale 0.2 translate 0.1,0.8,0.8 union",
+};
+/// A gyroid whose cells shrink towards a corner: no sine separates.
+pub const GYROID_GRADED: Model = Model {
+    name: "gyroid-graded",
+    text: "'sin(tau*x*(1+x*y*z/8))*cos(tau*y*(1+x*y*z/8)) \
+          + sin(tau*y*(1+x*y*z/8))*cos(tau*z*(1+x*y*z/8)) \
+          + sin(tau*z*(1+x*y*z/8))*cos(tau*x*(1+x*y*z/8))'",
+};
+
+/// What is evaluated on the cube [-1, 1]^3.
+pub const FIELDS: [Model; 7] =
+    [GYROID, GYROID_ABOUT_Z, GYROID_ABOUT_ANY, NEOVIUS, C_G, SPHERES_20, GYROID_GRADED];
+
+/// The main job: figure 1 of the Cesogen paper is one of these.
+pub const GYROID_BOX: Model = Model { name: "gyroid-box", text: "gyroid box" };
+/// A wall about the gyroid.
+pub const GYROID_SHELL: Model = Model { name: "gyroid-shell", text: "gyroid shell 0.7 box" };
+/// Surfaces on three scales in a rounded box: figure 5 of the Cesogen paper.
+pub const HIERARCHICAL: Model = Model {
+    name: "hierarchical",
+    text: "box scale 4,4,4 sphere scale 5,5,5 p-surface scale 4,4,4 d-surface scale 3.75,3.75,3.75 \
+           gyroid scale 1.25,1.25,1.25",
+};
+
+impl Model {
+    /// Its job.
+    pub fn job(self) -> Job {
+        Job::parse(self.text).unwrap_or_else(|fault| panic!("{}: {fault}", self.name))
+    }
+
+    /// Its field, compiled.
+    pub fn program(self, engine: Engine) -> Program {
+        let job = self.job();
+        let (graph, field) = job.field();
+        Program::new(graph, field, engine).expect("the engine runs here")
+    }
+
+    /// Its field on the grid that `spacing` gives, with the grid.
+    pub fn on_grid(self, spacing: f64) -> (Grid, Bound) {
+        let grid = self.job().grid(&Settings::with_spacing(spacing)).expect("a grid of the model");
+        let tables = Axis::ALL.map(|axis| grid.sampled(axis).to_vec());
+        let bound = self.program(Engine::Automatic).bind(tables, &[]);
+        (grid, bound)
+    }
+}
+
+/// Takes every mesh and keeps nothing.
+pub struct Nowhere;
+
+impl Sink for Nowhere {
+    fn begin(&mut self, _: u64, _: u64) -> io::Result<()> {
+        Ok(())
+    }
+
+    fn vertices(&self, _: u64, positions: &[[f64; 3]]) -> io::Result<()> {
+        black_box(positions);
+        Ok(())
+    }
+
+    fn triangles(&self, _: u64, corners: &[[u32; 3]]) -> io::Result<()> {
+        black_box(corners);
+        Ok(())
+    }
+}
+
+/// Runs `work` on one thread, which other work on the host disturbs least.
+pub fn on_one_thread<T: Send>(work: impl FnOnce() -> T + Send) -> T {
+    rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread").install(work)
+}
