@@ -22,7 +22,9 @@ use alveole::octree::Pruning;
 use alveole::vocabulary::Words;
 use glam::DVec3;
 use programs::{Folder, Random};
-use rayon::prelude::*;
+use rayon::{ThreadPool, ThreadPoolBuilder};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{LazyLock, Mutex};
 
 /// Seeds of programs that once failed.
 const ONCE_FAILED: &[u64] = &[];
@@ -30,18 +32,35 @@ const ONCE_FAILED: &[u64] = &[];
 /// Runs `holds` on the programs of the seeds, and of those that once failed.
 fn each(seeds: std::ops::Range<u64>, holds: impl Fn(&mut Random, &[String]) + Sync) {
     let folder = Folder::new();
-    let all: Vec<u64> = ONCE_FAILED.iter().copied().chain(seeds).collect();
-    all.par_iter().for_each(|&seed| {
+    let check = |seed: u64| {
         let mut random = Random::new(seed);
         let words = random.program(&folder);
-        let shown = words.iter().map(|word| format!("'{word}'")).collect::<Vec<_>>().join(" ");
         let held = std::panic::AssertUnwindSafe(|| holds(&mut random, &words));
         if let Err(panic) = std::panic::catch_unwind(held) {
-            eprintln!("seed {seed}: {shown}");
+            let shown: Vec<_> = words.iter().map(|word| format!("'{word}'")).collect();
+            eprintln!("seed {seed}: {}", shown.join(" "));
             std::panic::resume_unwind(panic);
         }
+    };
+    let next = AtomicU64::new(seeds.start);
+    std::thread::scope(|scope| {
+        for _ in 0..std::thread::available_parallelism().unwrap().get() {
+            scope.spawn(|| {
+                while let Some(seed) =
+                    Some(next.fetch_add(1, Ordering::Relaxed)).filter(|seed| *seed < seeds.end)
+                {
+                    check(seed);
+                }
+            });
+        }
+        ONCE_FAILED.iter().for_each(|&seed| check(seed));
     });
 }
+
+/// Pools of one thread and of four.
+static POOLS: LazyLock<[ThreadPool; 2]> = LazyLock::new(|| {
+    [1, 4].map(|threads| ThreadPoolBuilder::new().num_threads(threads).build().unwrap())
+});
 
 fn job(words: &[String]) -> Job {
     Job::new(words).unwrap_or_else(|fault| panic!("{fault}"))
@@ -90,8 +109,7 @@ fn values(graph: &Graph, root: NodeId, points: &[DVec3]) -> Vec<f64> {
 }
 
 /// The bytes of a mesh file, or none if the solid is empty.
-fn bytes(job: &Job, settings: &Settings, threads: usize) -> Option<Vec<u8>> {
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+fn bytes(job: &Job, settings: &Settings, pool: &ThreadPool) -> Option<Vec<u8>> {
     let mesh = match pool.install(|| job.mesh(settings)) {
         Ok(mesh) => mesh,
         Err(Error::Empty { .. }) => return None,
@@ -107,10 +125,11 @@ fn check_mesh(random: &mut Random, words: &[String]) {
     let job = job(words);
     let Some(settings) = settings(random, &job) else { return };
     let how = |engine, pruning| Settings { engine, pruning, ..settings.clone() };
-    let sparse = bytes(&job, &how(Engine::Automatic, Pruning::Intervals), 1);
-    let together = bytes(&job, &how(Engine::Automatic, Pruning::Intervals), 4);
+    let [one, four] = &*POOLS;
+    let sparse = bytes(&job, &how(Engine::Automatic, Pruning::Intervals), one);
+    let together = bytes(&job, &how(Engine::Automatic, Pruning::Intervals), four);
     assert!(sparse == together, "four threads differ from one");
-    let dense = bytes(&job, &how(Engine::Interpreter, Pruning::None), 1);
+    let dense = bytes(&job, &how(Engine::Interpreter, Pruning::None), one);
     assert!(sparse == dense, "the sparse mesh differs from the dense one");
     if let Some(bytes) = sparse {
         let (mesh, _) = io::read_bytes("mesh", &bytes, Some(Format::Ply)).unwrap();
@@ -242,7 +261,7 @@ fn check_gradient(random: &mut Random, words: &[String]) -> [usize; 2] {
 
 #[test]
 fn gradients_are_those_of_differences() {
-    let counts = std::sync::Mutex::new([0, 0]);
+    let counts = Mutex::new([0, 0]);
     each(0..400, |random, words| {
         let told = check_gradient(random, words);
         let mut counts = counts.lock().unwrap();

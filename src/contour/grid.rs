@@ -10,8 +10,10 @@
 //!
 //! The tables are *padded* by a layer of ghost nodes that are outside by decree: table position
 //! `p` is node `p - 1`, position 0 and the one after the last node are ghosts. The cells between
-//! nodes and ghosts are what caps the solid. A table is a multiple of [`BRICK`] long, plus one;
-//! ghosts and filler hold the nearest sampled coordinate, so that tables never decrease.
+//! nodes and ghosts are what caps the solid. A table is a multiple of [`BRICK`] long, plus one.
+//! Ghosts and filler hold the coordinate halfway from the plane to where it is sampled, so that
+//! tables never decrease and the way of the surface towards the plane can be told
+//! ([`super::place`]).
 
 use crate::eval::BRICK;
 use crate::geom::{Aabb, Axis};
@@ -195,7 +197,13 @@ fn line(axis: Axis, lo: f64, hi: f64, spacing: f64) -> Result<Line, GridError> {
     let table = (cells + 2).div_ceil(BRICK) * BRICK + 1;
     let real = |p: usize| p.saturating_sub(1).min(cells);
     let placed: Vec<f64> = (0..table).map(|p| node(real(p))).collect();
-    let sampled: Vec<f64> = (0..table).map(|p| sample(real(p))).collect();
+    let sampled: Vec<f64> = (0..table)
+        .map(|p| match p {
+            0 => lo + 0.5 * inset,
+            _ if p > cells + 1 => hi - 0.5 * inset,
+            _ => sample(real(p)),
+        })
+        .collect();
     let distinct = sampled[1] > lo && sampled[cells + 1] < hi;
     let merged = (1..=cells).find(|&p| sampled[p] >= sampled[p + 1] || placed[p] >= placed[p + 1]);
     if !distinct || merged.is_some() {
@@ -237,9 +245,9 @@ mod tests {
             assert_eq!(table.len() % BRICK, 1);
             assert!(table.len() >= n + 3 && table.len() < n + 3 + BRICK);
             assert!(table.is_sorted());
-            assert_eq!(table[0], INSET);
+            assert_eq!((table[0], table[1]), (0.5 * INSET, INSET));
             assert_eq!(table[n + 1], n as f64 - INSET);
-            assert_eq!(table[table.len() - 1], table[n + 1]);
+            assert!(table[n + 2..].iter().all(|u| *u == n as f64 - 0.5 * INSET));
             assert_eq!(grid.bricks()[2] as usize * BRICK + 1, table.len());
         }
     }

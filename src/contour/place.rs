@@ -14,6 +14,11 @@
 //! flat faces on nodes stay exact. Both read signs only. Why this excludes zero areas is told in
 //! [`super::tables`].
 //!
+//! Edges in the outer planes are sampled inside of the planes ([`super::grid`]), by one inset, and
+//! once more by half of it: the vertex is placed where the line through both roots meets the plane.
+//! Without that a rim would creep outwards by a part of the inset whenever a mesh is read back and
+//! contoured again.
+//!
 //! Source: Press et al., Numerical Recipes, section 9.4 (`rtsafe`), with the ends of the bracket
 //! kept by sign instead of by order.
 
@@ -80,11 +85,26 @@ struct Near {
     node: u16,
 }
 
+/// An edge in an outer plane, seen from the ghosts beside it.
+#[derive(Clone, Copy, Debug)]
+struct Rim {
+    /// The brick and the number in it of the ghost beside the edge's lower node.
+    brick: [u32; 3],
+    ghost: u16,
+    /// The edge's place in its batch.
+    lane: u16,
+    /// Whether the lower node is inside.
+    rising: bool,
+}
+
 /// Scratch memory for the vertices of a brick.
 #[derive(Debug)]
 pub struct Placer {
     edges: Box<[u16; BRICK * BRICK * BRICK]>,
     near: Vec<Near>,
+    roots: Vec<f64>,
+    rims: Vec<Rim>,
+    everything: Vec<u64>,
     lanes: Box<Lanes>,
 }
 
@@ -93,6 +113,9 @@ impl Default for Placer {
         Self {
             edges: Box::new([0; BRICK * BRICK * BRICK]),
             near: Vec::new(),
+            roots: Vec::new(),
+            rims: Vec::new(),
+            everything: Vec::new(),
             lanes: Box::default(),
         }
     }
@@ -123,9 +146,29 @@ impl Placer {
             for batch in self.edges[..count].chunks(BATCH) {
                 let a = axis.index();
                 let mut ask = Query { sampler, workspace: &mut *workspace, brick, activity, axis };
-                let roots =
-                    self.lanes.solve(arch, &mut ask, batch, &lines.sampled[a], lines.extent)?;
-                let near = &mut self.near;
+                let table = &lines.sampled[a];
+                let roots = self.lanes.solve(arch, &mut ask, batch, table, lines.extent)?;
+                self.roots.clear();
+                self.roots.extend_from_slice(roots);
+                if !spans.is_plain() {
+                    self.rims.clear();
+                    self.rims.extend(
+                        (0..)
+                            .zip(batch)
+                            .filter_map(|(lane, &node)| rim(brick, node, lane, axis, rows, spans)),
+                    );
+                    self.rims.sort_unstable_by_key(|rim| (rim.brick, rim.lane));
+                    self.everything.resize(activity.len(), u64::MAX);
+                    for rims in self.rims.chunk_by(|a, b| a.brick == b.brick) {
+                        let brick = rims[0].brick;
+                        let activity = &self.everything;
+                        let workspace = &mut *workspace;
+                        let mut ask = Query { sampler, workspace, brick, activity, axis };
+                        let (lanes, roots) = (&mut self.lanes, &mut self.roots);
+                        lanes.meet_planes(arch, &mut ask, rims, table, lines.extent, roots)?;
+                    }
+                }
+                let (near, roots) = (&mut self.near, &self.roots);
                 match axis {
                     Axis::X => put::<0>(batch, roots, lines, near, out),
                     Axis::Y => put::<1>(batch, roots, lines, near, out),
@@ -190,6 +233,32 @@ fn put<const AXIS: usize>(
             near.push(Near { vertex: first + lane, axis: Axis::ALL[AXIS], node: *node });
         }
     }
+}
+
+/// The ghosts beside the edge along `axis` from `node`, if it lies in an outer plane.
+fn rim(
+    brick: [u32; 3],
+    node: u16,
+    lane: u16,
+    axis: Axis,
+    rows: &Rows,
+    spans: &Spans,
+) -> Option<Rim> {
+    let at = position(node);
+    let mut beside = [0, 1, 2].map(|a| brick[a] as usize * BRICK + at[a]);
+    for a in (0..3).filter(|&a| a != axis.index() && spans.0[a].outer >> at[a] & 1 == 1) {
+        // The first node of all is at position 1; the other outer plane is the upper one.
+        beside[a] = if beside[a] == 1 { 0 } else { beside[a] + 1 };
+    }
+    let ghost = (0..3).map(|a| (beside[a] % BRICK) << (4 * a)).sum::<usize>() as u16;
+    let [x, y, z] = at;
+    let rim = Rim {
+        brick: beside.map(|p| (p / BRICK) as u32),
+        ghost,
+        lane,
+        rising: rows[z][y] >> x & 1 == 1,
+    };
+    ((rim.brick, rim.ghost) != (brick, node)).then_some(rim)
 }
 
 /// Position along each axis of a node in its brick.
@@ -344,6 +413,47 @@ impl Lanes {
             self.roots[usize::from(self.place[lane])] = self.at[lane];
         }
         Ok(&self.roots[..nodes.len()])
+    }
+
+    /// Moves the `roots` of edges in outer planes to the planes: as far again beyond the roots
+    /// between their ghosts, which are sampled halfway, as those are from them.
+    ///
+    /// An edge whose signs are others there keeps its root.
+    fn meet_planes<S: Sampler>(
+        &mut self,
+        arch: Arch,
+        ask: &mut Query<'_, S>,
+        rims: &[Rim],
+        table: &[f64; SIDE],
+        extent: f64,
+        roots: &mut [f64],
+    ) -> Result<(), Failure> {
+        let mut nodes = [0; BATCH];
+        for (node, rim) in nodes.iter_mut().zip(rims) {
+            *node = rim.ghost;
+        }
+        let n = rims.len();
+        let (mut below, mut above) = ([0.0; BATCH], [0.0; BATCH]);
+        ask.begin(&nodes[..n])?;
+        ask.sampler.line_ends(ask.workspace, End::Lower, &mut below[..n])?;
+        ask.sampler.line_ends(ask.workspace, End::Upper, &mut above[..n])?;
+        let (mut kept, mut lanes) = (0, [0; BATCH]);
+        for (i, rim) in rims.iter().enumerate() {
+            if (below[i] < 0.0) == rim.rising && (above[i] < 0.0) != rim.rising {
+                (nodes[kept], lanes[kept]) = (rim.ghost, usize::from(rim.lane));
+                kept += 1;
+            }
+        }
+        if kept == 0 {
+            return Ok(());
+        }
+        let halfway = self.solve(arch, ask, &nodes[..kept], table, extent)?;
+        for ((lane, node), halfway) in lanes.iter().zip(&nodes[..kept]).zip(halfway) {
+            let i = position(*node)[ask.axis.index()];
+            let met = 2.0 * halfway - roots[*lane];
+            roots[*lane] = met.clamp(table[i], table[i + 1]);
+        }
+        Ok(())
     }
 
     /// Values and slopes of the first `n` lanes where they are.

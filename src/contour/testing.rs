@@ -210,7 +210,12 @@ pub fn at_nodes(grid: &Grid, values: Vec<f64>) -> impl Fn([f64; 3]) -> f64 + Syn
         let mut low = [0; 3];
         let mut along = None;
         for a in 0..3 {
-            let i = tables[a].partition_point(|&u| u <= point[a]) - 1;
+            // Ghosts have the value of the node beside them.
+            let i = tables[a].partition_point(|&u| u <= point[a]).saturating_sub(1);
+            if i + 1 == tables[a].len() {
+                low[a] = i;
+                continue;
+            }
             low[a] = i;
             if point[a] > tables[a][i] {
                 along = Some((a, (point[a] - tables[a][i]) / (tables[a][i + 1] - tables[a][i])));
