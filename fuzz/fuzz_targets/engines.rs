@@ -83,14 +83,17 @@ impl Case {
             for axis in Axis::ALL {
                 let mut slopes = graph.clone();
                 let slope = derive::partial(&mut slopes, root, axis);
-                let at = self.points_on(axis, brick, &edges);
+                let ends = self.points_on(axis, brick, &edges, 1.0);
+                let ends = self.evaluate(&slopes, root, &ends);
+                let at = self.points_on(axis, brick, &edges, 0.5);
                 let values = self.evaluate(&slopes, root, &at);
                 let slopes = self.evaluate(&slopes, slope, &at);
                 for activity in [&everything, &activity] {
                     for (bound, workspace) in runs.iter().zip(&mut workspaces) {
                         let found = line(bound, workspace, (axis, brick, &edges), activity, &at);
-                        self.assert_same("value on an edge", &found[0], &values);
-                        self.assert_same("slope on an edge", &found[1], &slopes);
+                        self.assert_same("value at an end", &found[0], &ends);
+                        self.assert_same("value on an edge", &found[1], &values);
+                        self.assert_same("slope on an edge", &found[2], &slopes);
                     }
                 }
             }
@@ -103,8 +106,8 @@ impl Case {
         [0, 1, 2].map(|a| (0..SAMPLES).map(|i| self.coordinates[a][node(a, i)]).collect())
     }
 
-    /// Midpoints of edges along `axis` from the given nodes of a brick.
-    fn points_on(&self, axis: Axis, brick: [u32; 3], edges: &[u16]) -> [Vec<f64>; 3] {
+    /// Points on edges along `axis` from the given nodes of a brick; `along` is 1 at their ends.
+    fn points_on(&self, axis: Axis, brick: [u32; 3], edges: &[u16], along: f64) -> [Vec<f64>; 3] {
         let nodes = self.nodes(brick);
         [0, 1, 2].map(|a| {
             let position = |node: u16| usize::from(node) / BRICK.pow(a as u32) % BRICK;
@@ -112,7 +115,7 @@ impl Case {
                 let lower = nodes[a][usize::from(node)];
                 let next = brick[a] as usize * BRICK + position(node) + 1;
                 let upper = self.coordinates[a][next];
-                if a == axis.index() { 0.5 * lower + 0.5 * upper } else { lower }
+                if a == axis.index() { (1.0 - along) * lower + along * upper } else { lower }
             };
             edges.iter().map(at).collect()
         })
@@ -202,21 +205,21 @@ fn edges(source: &mut Unstructured<'_>) -> Vec<u16> {
     (0..count).map(|i| start.wrapping_add(i.wrapping_mul(2503)) % SAMPLES as u16).collect()
 }
 
-/// Values and slopes of edges at the points `at` on them.
+/// Values at the upper ends of edges, and values and slopes at the points `at` on them.
 fn line(
     bound: &Bound,
     workspace: &mut Workspace,
     (axis, brick, edges): (Axis, [u32; 3], &[u16]),
     activity: &[u64],
     at: &[Vec<f64>; 3],
-) -> [Vec<f64>; 2] {
-    let [mut values, mut slopes] = [(); 2].map(|()| vec![0.0; edges.len()]);
+) -> [Vec<f64>; 3] {
+    let [mut ends, mut values, mut slopes] = [(); 3].map(|()| vec![0.0; edges.len()]);
     bound
         .line_begin(workspace, axis, brick, edges, activity)
-        .and_then(|()| bound.line_ends(workspace, End::Upper, &mut values))
+        .and_then(|()| bound.line_ends(workspace, End::Upper, &mut ends))
         .and_then(|()| bound.line(workspace, &at[axis.index()], &mut values, &mut slopes))
         .expect("there is no oracle");
-    [values, slopes]
+    [ends, values, slopes]
 }
 
 /// An expression whose every operator and operand a byte or two choose.

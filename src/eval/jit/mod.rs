@@ -262,6 +262,4 @@ impl Compiled {
 }
 
 #[cfg(test)]
-mod figures;
-#[cfg(test)]
 mod tests;
