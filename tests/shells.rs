@@ -45,10 +45,9 @@ fn walls_of_a_level_are_thin_where_the_field_is_steep() {
 fn offsets_grow_the_box_by_as_much_as_the_solid() {
     let check = |program: &str, half: [f64; 3]| {
         let found = measure(&sound_mesh(program, 0.05));
-        for a in 0..3 {
+        for (end, lo, hi) in [0, 1, 2].map(|a| (half[a], found.lo[a], found.hi[a])) {
             // Curved solids end between nodes, up to a few hundredths of a spacing within the box.
-            assert!((found.hi[a] - half[a]).abs() < 2e-3, "{program}: {:?}", found.hi);
-            assert!((found.lo[a] + half[a]).abs() < 2e-3, "{program}: {:?}", found.lo);
+            assert!((hi - end).abs() < 2e-3 && (lo + end).abs() < 2e-3, "{program}: {lo} to {hi}");
         }
     };
     check("sphere dilate 0.5", [1.5; 3]);
