@@ -4,6 +4,7 @@
 //! fields have NaN, infinities, jumps and kinks, shapes are tiny, thin or missing. A failure prints
 //! its seed and its program; seeds that once failed are kept in [`ONCE_FAILED`].
 #![allow(clippy::unwrap_used)]
+#![allow(clippy::print_stderr, reason = "a failure names its seed")]
 
 mod common;
 #[path = "random/programs.rs"]

@@ -5,6 +5,7 @@
 //! lies on a grid edge, where its distance has a root. Source of the experiments: the Cesogen
 //! paper, section 4.2.
 #![allow(clippy::unwrap_used)]
+#![allow(clippy::print_stdout, reason = "measured errors, and what is skipped")]
 
 mod common;
 
