@@ -293,6 +293,8 @@ fn help_names_the_words_and_list_explains_them() {
     for word in ["gyroid", "p-surface", "slotted-p", "dilate", "union", "torus"] {
         assert!(help.contains(word), "`{word}` is not in the help");
     }
+    let list = stdout(&run(ALVEOLE, folder.path(), &["list"]));
+    assert!(list.contains("\noperations on two shapes:\n  union"), "{list}");
     let list = stdout(&run(ALVEOLE, folder.path(), &["list", "torus"]));
     assert!(list.contains("minor"), "{list}");
     let output = run(ALVEOLE, folder.path(), &["list", "tours"]);

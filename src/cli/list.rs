@@ -107,6 +107,16 @@ fn find(word: &str) -> Result<&'static Row, Trouble> {
     })
 }
 
+/// The heading of the words of a kind.
+fn heading(kind: &Kind) -> &'static str {
+    match kind {
+        Kind::Shape { formula: None, .. } => "shapes",
+        Kind::Shape { formula: Some(_), .. } => "periodic surfaces",
+        Kind::Unary(_) => "operations on one shape",
+        Kind::Binary(_) => "operations on two shapes",
+    }
+}
+
 fn kind(kind: &Kind) -> &'static str {
     match kind {
         Kind::Shape { formula: None, .. } => "shape",
@@ -153,14 +163,14 @@ fn entry(row: &Row) -> Entry {
 fn overview(rows: &[&Row]) -> String {
     let width = rows.iter().map(|row| row.name.len()).max().unwrap_or(0);
     let mut text = String::new();
-    let mut heading = "";
+    let mut last = "";
     for row in rows {
-        let kind = kind(&row.kind);
-        if kind != heading {
+        let heading = heading(&row.kind);
+        if heading != last {
             let gap = if text.is_empty() { "" } else { "\n" };
             // Writing to a string can't fail, here and below.
-            let _ = writeln!(text, "{gap}{kind}s:");
-            heading = kind;
+            let _ = writeln!(text, "{gap}{heading}:");
+            last = heading;
         }
         let field = field(&row.kind).map_or_else(String::new, |field| format!(" [{field}]"));
         let _ = writeln!(text, "  {:width$}  {}{field}", row.name, row.help);
