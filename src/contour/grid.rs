@@ -13,7 +13,7 @@
 //! nodes and ghosts are what caps the solid. A table is a multiple of [`BRICK`] long, plus one.
 //! Ghosts and filler hold the coordinate halfway from the plane to where it is sampled, so that
 //! tables never decrease and the way of the surface towards the plane can be told
-//! ([`super::place`]).
+//! (`place`).
 
 use crate::eval::BRICK;
 use crate::geom::{Aabb, Axis};
