@@ -240,7 +240,7 @@ fn check_range(case: &Case, program: &Program, own: NodeBox, range: Interval, so
 }
 
 /// Checks batches of edges along `axis` under each activity.
-#[allow(clippy::too_many_arguments)]
+#[allow(clippy::too_many_arguments, reason = "a check names everything that it compares")]
 fn check_lines(
     bound: &Bound,
     workspace: &mut Workspace,
