@@ -168,6 +168,71 @@ fn wrong_command_lines_are_explained_and_exit_with_2() {
 }
 
 #[test]
+fn parameters_take_the_place_of_numbers() {
+    close(
+        volume_of(&["--param", "r=2", "sphere", "scale", "r"]),
+        32.0 / 3.0 * std::f64::consts::PI,
+        2e-3,
+    );
+    let defined =
+        ["-s", "h/60", "--param", "h=2", "--param", "t=0.7*h/4", "--bounds", "-h/2,-1,-1,1,1,h-1"];
+    close(volume_of(&[&defined[..], &["gyroid", "dilate", "t"]].concat()), 4.9033, 3.5e-3);
+    close(volume_of(&["--param", "a=1", "-s", "0.04", "x+y+z-a", "box"]), 8.0 - 8.0 / 6.0, 1e-3);
+}
+
+#[test]
+fn files_of_programs_and_of_options_may_use_parameters() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("program"), "gyroid # with a level\n dilate t box\n").unwrap();
+    fs::write(folder.path().join("options"), "--param t=0.35\n-s 0.1 @program\n").unwrap();
+    let bytes = |arguments: &[&str]| {
+        let output = run(ALVEOLE, folder.path(), arguments);
+        assert!(output.status.success(), "{}", stderr(&output));
+        assert_eq!(stderr(&output), "");
+        output.stdout
+    };
+    let plain = bytes(&["mesh", "-o", "-", "-s", "0.1", "gyroid", "dilate", "0.35", "box"]);
+    assert!(bytes(&["mesh", "-o", "-", "-s", "0.1", "--param", "t=0.35", "@program"]) == plain);
+    assert!(bytes(&["mesh", "-o", "-", "@options"]) == plain);
+}
+
+#[test]
+fn wrong_parameters_are_explained_and_exit_with_2() {
+    let refused = |parameter: &str, program: &[&str], words: &[&str]| {
+        fails(&[&["--param", parameter], program].concat(), 2, words);
+    };
+    refused("t", &["box"], &["`t`", "no value", "t=0.3"]);
+    refused("2t=1", &["box"], &["`2t`", "name"]);
+    refused("x=1", &["box"], &["`x`", "coordinate"]);
+    refused("pi=3", &["box"], &["`pi`", "constant"]);
+    refused("sin=1", &["box"], &["`sin`", "function"]);
+    refused("Gyroid=1", &["box"], &["`gyroid`", "word"]);
+    refused("thickness=1", &["box"], &["`thickness`", "argument"]);
+    refused("t=1,2", &["box"], &["one number"]);
+    refused("t=1/0", &["box"], &["finite"]);
+    refused("t=x", &["box"], &["`t`", "can't depend on `x`"]);
+    refused("t=u", &["box"], &["unknown name `u`", "--param u="]);
+    refused("s=0", &["box", "scale", "s"], &["must not be zero", "`s` is 0", "argument 3"]);
+    refused("width=1", &["box", "scale", "widht"], &["did you mean `width`", "--param widht="]);
+    fails(&["--param", "t=1", "--param", "t=2", "box"], 2, &["`t`", "twice"]);
+    fails(&["gyroid", "dilate", "t", "box"], 2, &["unknown name `t`", "--param t="]);
+}
+
+#[test]
+fn an_unused_parameter_is_worth_a_warning() {
+    let warned = |arguments: &[&str]| {
+        let folder = tempfile::tempdir().unwrap();
+        let output = cesogen(folder.path(), &[arguments, &["box"]].concat());
+        assert!(output.status.success(), "{}", stderr(&output));
+        stderr(&output)
+    };
+    assert!(warned(&["-s", "1", "--param", "a=1"]).contains("warning: the parameter `a`"));
+    assert_eq!(warned(&["-q", "-s", "1", "--param", "a=1"]), "");
+    assert_eq!(warned(&["-s", "a", "--param", "a=1"]), "");
+    assert_eq!(warned(&["-s", "b", "--param", "a=1", "--param", "b=a"]), "");
+}
+
+#[test]
 fn work_that_fails_is_explained_and_exits_with_1() {
     fails(&["gyroid"], 1, &["unbounded", "gyroid", "box"]);
     fails(&["box", "box", "translate", "5,0,0"], 1, &["empty"]);

@@ -98,6 +98,10 @@ pub(super) struct WorkArguments {
     #[arg(long, value_name = "X0,Y0,Z0,X1,Y1,Z1", allow_hyphen_values = true)]
     pub(super) bounds: Option<String>,
 
+    /// Give the parameter NAME of the program a value, an equation of numbers and earlier parameters; repeatable
+    #[arg(long = "param", value_name = "NAME=VALUE")]
+    pub(super) parameters: Vec<String>,
+
     /// Threads to use [default: all processors]; the result does not depend on it
     #[arg(long, value_name = "N")]
     pub(super) threads: Option<std::num::NonZeroUsize>,

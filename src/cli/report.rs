@@ -115,13 +115,23 @@ pub(super) fn trouble(name: &str, trouble: &Trouble) -> ExitCode {
             let _ = error.print();
             return ExitCode::from(u8::from(error.use_stderr()) * 2);
         }
-        Trouble::Job(job::Error::Program(rejected)) | Trouble::Number(rejected) => {
+        Trouble::Job(job::Error::Program(rejected)) => {
             for diagnostic in &rejected.diagnostics {
-                explain(name, diagnostic, &rejected.sources);
+                explain(
+                    name,
+                    &numbered(diagnostic, &rejected.sources),
+                    diagnostic,
+                    &rejected.sources,
+                );
+            }
+        }
+        Trouble::Number(rejected) => {
+            for diagnostic in &rejected.diagnostics {
+                explain(name, &diagnostic.message, diagnostic, &rejected.sources);
             }
         }
         Trouble::Job(job::Error::Bounds { diagnostic, sources }) => {
-            explain(name, diagnostic, sources);
+            explain(name, &numbered(diagnostic, sources), diagnostic, sources);
         }
         Trouble::Value { .. }
         | Trouble::Options { .. }
@@ -197,20 +207,24 @@ pub(super) fn remarks(name: &str, report: &job::Report) {
     }
 }
 
-/// Says a diagnostic with its place in the text.
-fn explain(name: &str, diagnostic: &Diagnostic, sources: &Sources) {
-    let renderer = if stderr().is_terminal() { Renderer::styled() } else { Renderer::plain() };
-    say(&format!("{name}: {}", picture(diagnostic, sources, &renderer)));
-}
-
-/// The diagnostic as text: the message, the lines concerned with carets below, the cure.
-fn picture(diagnostic: &Diagnostic, sources: &Sources, renderer: &Renderer) -> String {
-    let Diagnostic { message, labels, cure, .. } = diagnostic;
-    let first = labels.first().map(|label| label.span);
-    let title = match first.and_then(|span| sources.place(span)) {
+/// The message of a fault in a program, with the number of the argument that is at fault.
+fn numbered(diagnostic: &Diagnostic, sources: &Sources) -> String {
+    let Diagnostic { message, labels, .. } = diagnostic;
+    match labels.first().and_then(|label| sources.place(label.span)) {
         Some(Place::Argument(number)) => format!("{message} (argument {number} of the program)"),
         Some(Place::File { .. }) | None => message.clone(),
-    };
+    }
+}
+
+/// Says a diagnostic under `title`, with its place in the text.
+fn explain(name: &str, title: &str, diagnostic: &Diagnostic, sources: &Sources) {
+    let renderer = if stderr().is_terminal() { Renderer::styled() } else { Renderer::plain() };
+    say(&format!("{name}: {}", picture(title, diagnostic, sources, &renderer)));
+}
+
+/// The diagnostic as text: the title, the lines concerned with carets below, the cure.
+fn picture(title: &str, diagnostic: &Diagnostic, sources: &Sources, renderer: &Renderer) -> String {
+    let Diagnostic { message: _, labels, cure, .. } = diagnostic;
     let mut group = Level::ERROR
         .primary_title(title)
         .elements(Vec::<Snippet<'_, annotate_snippets::Annotation<'_>>>::new());

@@ -5,6 +5,7 @@ use super::report::{self, Trouble, ValueFault};
 use crate::geom::{Aabb, Axis};
 use crate::job::{Job, Settings, Spacing};
 use crate::lang;
+use crate::vocabulary::Words;
 use glam::DVec3;
 
 /// A job and how to do it.
@@ -15,24 +16,41 @@ pub(super) struct Work {
 
 /// Reads the options and the program, and says what is to be said about its meshes.
 pub(super) fn prepare(name: &str, arguments: &WorkArguments) -> Result<Work, Trouble> {
-    let WorkArguments { spacing, bounds, threads, quiet, stats: _, program } = arguments;
+    let WorkArguments { spacing, bounds, parameters, threads, quiet, stats: _, program } =
+        arguments;
     if let Some(threads) = threads {
         // Fails only where a pool exists already; then its threads serve.
         let _ = rayon::ThreadPoolBuilder::new().num_threads(threads.get()).build_global();
     }
-    let spacing = spacing.as_deref().map_or(Ok(Spacing::Hundredth), read_spacing)?;
-    let bounds = bounds.as_deref().map(read_bounds).transpose()?;
-    let job = Job::new(program)?;
+    let defined = lang::parameters::define(parameters, &Words).map_err(Trouble::Number)?;
+    let read = |text| read_spacing(text, &defined);
+    let chosen = spacing.as_deref().map_or(Ok(Spacing::Hundredth), read)?;
+    let read = |text| read_bounds(text, &defined);
+    let box_to_contour = bounds.as_deref().map(read).transpose()?;
+    let job = Job::with_parameters(program, &defined)?;
     if !quiet {
         for note in job.meshes() {
             report::mesh_note(name, note);
         }
+        for unused in job.unused_parameters() {
+            let mut others = parameters.iter().chain(spacing).chain(bounds);
+            if !others.any(|text| is_used_in(text, unused)) {
+                report::say(&format!("{name}: warning: the parameter `{unused}` is not used"));
+            }
+        }
     }
-    Ok(Work { job, settings: Settings { spacing, bounds, ..Settings::default() } })
+    let settings = Settings { spacing: chosen, bounds: box_to_contour, ..Settings::default() };
+    Ok(Work { job, settings })
 }
 
-fn read_spacing(text: &str) -> Result<Spacing, Trouble> {
-    let numbers = read_numbers("-s", text)?;
+/// Whether the value of an option uses the parameter `name`; in a definition, right of its `=`.
+fn is_used_in(text: &str, name: &str) -> bool {
+    let value = text.split_once('=').map_or(text, |(_, value)| value);
+    lang::parameters::mentions(value, name)
+}
+
+fn read_spacing(text: &str, parameters: &[(String, f64)]) -> Result<Spacing, Trouble> {
+    let numbers = read_numbers("-s", text, parameters)?;
     let spacing = match *numbers.as_slice() {
         [s] => DVec3::splat(s),
         [x, y, z] => DVec3::new(x, y, z),
@@ -45,8 +63,8 @@ fn read_spacing(text: &str) -> Result<Spacing, Trouble> {
     }
 }
 
-fn read_bounds(text: &str) -> Result<Aabb, Trouble> {
-    let numbers = read_numbers("--bounds", text)?;
+fn read_bounds(text: &str, parameters: &[(String, f64)]) -> Result<Aabb, Trouble> {
+    let numbers = read_numbers("--bounds", text, parameters)?;
     let &[x0, y0, z0, x1, y1, z1] = numbers.as_slice() else {
         return Err(wrong("--bounds", text, ValueFault::BoundsCount));
     };
@@ -60,8 +78,12 @@ fn read_bounds(text: &str) -> Result<Aabb, Trouble> {
     Ok(bounds)
 }
 
-fn read_numbers(option: &'static str, text: &str) -> Result<Vec<f64>, Trouble> {
-    lang::numbers(text, &format!("the value of `{option}`"), &[]).map_err(Trouble::Number)
+fn read_numbers(
+    option: &'static str,
+    text: &str,
+    parameters: &[(String, f64)],
+) -> Result<Vec<f64>, Trouble> {
+    lang::numbers(text, &format!("the value of `{option}`"), parameters).map_err(Trouble::Number)
 }
 
 fn wrong(option: &'static str, text: &str, fault: ValueFault) -> Trouble {

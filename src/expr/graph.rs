@@ -142,6 +142,13 @@ impl Graph {
         &self.parameters
     }
 
+    /// The slot of the parameter called `name`.
+    #[must_use]
+    pub fn slot(&self, name: &str) -> Option<ParameterId> {
+        let position = self.parameters.iter().position(|(known, _)| known == name)?;
+        Some(ParameterId(position as u32))
+    }
+
     /// Changes the value of the parameter in `slot`.
     pub fn set_parameter(&mut self, slot: ParameterId, value: f64) {
         self.parameters[slot.index()].1 = value;

@@ -59,7 +59,7 @@ impl Job {
         settings: &Settings,
         progress: &Progress,
     ) -> Result<Option<f64>, Error> {
-        let parameters = self.parameters();
+        let parameters = self.values();
         let bounded: Vec<_> = (self.operands.iter())
             .filter(|operand| operand.extent(&self.graph, &parameters).bounds.is_finite())
             .collect();

@@ -13,6 +13,25 @@
 //! # Ok(())
 //! # }
 //! ```
+//!
+//! # Parameters
+//!
+//! Numbers of the text may be parameters, whose values change without reading the text again:
+//!
+//! ```
+//! use alveole::job::{Job, Settings};
+//! use alveole::num::Progress;
+//!
+//! # fn main() -> Result<(), alveole::job::Error> {
+//! let mut job = Job::parse_with("gyroid dilate t box", &[("t", 0.0)])?;
+//! let settings = Settings::with_spacing(0.1);
+//! let half = job.measure(&settings, &Progress::new())?.relative_density;
+//! job.set_parameter("t", 0.35)?;
+//! let more = job.measure(&settings, &Progress::new())?.relative_density;
+//! assert!((half - 0.5).abs() < 1e-3 && (more - 0.613).abs() < 1e-2);
+//! # Ok(())
+//! # }
+//! ```
 
 pub mod loader;
 mod measures;
@@ -26,7 +45,7 @@ use crate::contour::{self, Grid, GridError};
 use crate::eval::{Engine, Program, ProgramError};
 use crate::expr::{Graph, NodeId};
 use crate::geom::{Aabb, Axis};
-use crate::lang::{self, Diagnostic, Rejected, Sources};
+use crate::lang::{self, Demand, Diagnostic, Rejected, Sources};
 use crate::measure::walls::{self, Sample};
 use crate::mesh::sink::Collect;
 use crate::mesh::{Mesh, Sink};
@@ -43,6 +62,8 @@ pub struct Job {
     graph: Graph,
     solid: Solid,
     operands: Vec<Solid>,
+    demands: Vec<Demand>,
+    unused: Vec<String>,
     sources: Sources,
     meshes: Vec<MeshNote>,
     parsing: std::time::Duration,
@@ -120,7 +141,18 @@ impl Job {
     /// # Errors
     /// [`Error::Program`].
     pub fn parse(text: &str) -> Result<Self, Error> {
-        Self::new(&lang::words::of(text)?)
+        Self::parse_with(text, &[])
+    }
+
+    /// The job of a program text whose equations may use `parameters`, names with first values.
+    ///
+    /// # Errors
+    /// [`Error::Program`], also for a name that is none, that the language uses otherwise, or that
+    /// is given twice, and for a value that an argument refuses.
+    pub fn parse_with(text: &str, parameters: &[(&str, f64)]) -> Result<Self, Error> {
+        let parameters: Vec<_> =
+            parameters.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect();
+        Self::with_parameters(&lang::words::of(text)?, &parameters)
     }
 
     /// The job of a program's words, as a command line gives them.
@@ -128,17 +160,99 @@ impl Job {
     /// # Errors
     /// [`Error::Program`].
     pub fn new(words: &[String]) -> Result<Self, Error> {
+        Self::with_parameters(words, &[])
+    }
+
+    /// The job of a program's words and of its parameters, names with first values.
+    ///
+    /// # Errors
+    /// [`Error::Program`], as [`parse_with`](Self::parse_with).
+    pub fn with_parameters(words: &[String], parameters: &[(String, f64)]) -> Result<Self, Error> {
         let start = Instant::now();
         let mut files = Files::default();
-        let program = lang::parse(words, &vocabulary::Words, &mut files, &[])?;
+        let program = lang::parse(words, &vocabulary::Words, &mut files, parameters)?;
+        let unused = program.unused_parameters().into_iter().map(str::to_owned).collect();
+        let lang::Program { items: _, graph, solid, operands, demands, sources } = program;
         Ok(Self {
-            graph: program.graph,
-            solid: program.solid,
-            operands: program.operands,
-            sources: program.sources,
+            graph,
+            solid,
+            operands,
+            demands,
+            unused,
+            sources,
             meshes: files.into_notes(),
             parsing: start.elapsed(),
         })
+    }
+
+    /// The parameters, names with present values, in the order in which they were given.
+    #[must_use]
+    pub fn parameters(&self) -> &[(String, f64)] {
+        self.graph.parameters()
+    }
+
+    /// The names of the parameters that the program text does not use.
+    #[must_use]
+    pub fn unused_parameters(&self) -> &[String] {
+        &self.unused
+    }
+
+    /// Changes the value of the parameter `name`; see [`set_parameters`](Self::set_parameters).
+    ///
+    /// # Errors
+    /// [`Error::Program`].
+    pub fn set_parameter(&mut self, name: &str, value: f64) -> Result<(), Error> {
+        self.set_parameters(&[(name, value)])
+    }
+
+    /// Changes the values of parameters, all at once.
+    ///
+    /// Nothing is read or compiled again; bounds and grid follow the new values.
+    ///
+    /// # Errors
+    /// [`Error::Program`] for a name that is no parameter and for a value that is not finite or
+    /// that an argument refuses, such as a scale of zero; then no value has changed.
+    pub fn set_parameters(&mut self, changes: &[(&str, f64)]) -> Result<(), Error> {
+        let reject = |diagnostics| Rejected { diagnostics, sources: self.sources.clone() };
+        let mut values = self.values();
+        let (mut slots, mut faults) = (Vec::with_capacity(changes.len()), Vec::new());
+        for &(name, value) in changes {
+            match self.graph.slot(name) {
+                Some(slot) if value.is_finite() => {
+                    values[slot.index()] = value;
+                    slots.push((slot, value));
+                }
+                Some(_) => {
+                    let message = format!("the parameter `{name}` must be a finite number");
+                    faults.push(Diagnostic::new(format!("{message}, not {value}")));
+                }
+                None => faults.push(self.unknown_parameter(name)),
+            }
+        }
+        if faults.is_empty() {
+            let demands = self.demands.iter();
+            faults.extend(demands.filter_map(|demand| demand.objection(&self.graph, &values)));
+        }
+        if !faults.is_empty() {
+            return Err(reject(faults).into());
+        }
+        for (slot, value) in slots {
+            self.graph.set_parameter(slot, value);
+        }
+        Ok(())
+    }
+
+    fn unknown_parameter(&self, name: &str) -> Diagnostic {
+        let known = || self.parameters().iter().map(|(name, _)| name.as_str());
+        let fault = Diagnostic::new(format!("the program has no parameter `{name}`"));
+        let near = lang::names::nearest(name, known());
+        fault.cure(lang::names::suggestion(&near).unwrap_or_else(|| {
+            let all: Vec<_> = known().map(|name| format!("`{name}`")).collect();
+            match all.as_slice() {
+                [] => "it was read without parameters".to_owned(),
+                all => format!("it has {}", all.join(", ")),
+            }
+        }))
     }
 
     /// What is to be said about the mesh files that the program names.
@@ -164,7 +278,7 @@ impl Job {
     /// # Errors
     /// [`Error::Bounds`] if it is unbounded or empty.
     pub fn bounds(&self) -> Result<Aabb, Error> {
-        self.solid.finite_bounds(&self.graph, &self.parameters()).map_err(|fault| Error::Bounds {
+        self.solid.finite_bounds(&self.graph, &self.values()).map_err(|fault| Error::Bounds {
             diagnostic: Box::new(fault.into()),
             sources: Box::new(self.sources.clone()),
         })
@@ -225,7 +339,7 @@ impl Job {
         )?;
         let positions = sample.into_positions();
         let mut graph = self.graph.clone();
-        let parameters = self.parameters();
+        let parameters = self.values();
         let spacing = longest_edge(grid);
         report.walls = (self.solid.walls.iter())
             .filter_map(|wall| {
@@ -248,8 +362,7 @@ impl Job {
         let start = Instant::now();
         let program = Program::new(graph, field, settings.engine)?;
         let compiling = start.elapsed();
-        let bound =
-            program.bind(Axis::ALL.map(|axis| grid.sampled(axis).to_vec()), &self.parameters());
+        let bound = program.bind(Axis::ALL.map(|axis| grid.sampled(axis).to_vec()), &self.values());
         let binding = start.elapsed() - compiling;
         let chosen = contour::Settings { pruning: settings.pruning };
         let contour = contour::contour(&bound, grid, &chosen, progress, sink)?;
@@ -259,7 +372,8 @@ impl Job {
         Ok(Report::new(grid, contour, self.parsing, compiling, binding))
     }
 
-    fn parameters(&self) -> Vec<f64> {
+    /// The present values of the parameters, by slot.
+    fn values(&self) -> Vec<f64> {
         self.graph.parameters().iter().map(|(_, value)| *value).collect()
     }
 }

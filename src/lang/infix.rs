@@ -240,13 +240,16 @@ impl<'a> Reader<'a> {
         let fault = Diagnostic::new(format!("unknown name `{name}`")).at(at, "");
         let parameters = self.scope.parameters.iter().map(|(known, _)| known.as_str());
         let near = names::nearest(name, names::reserved().chain(parameters));
+        let parameter = format!("or give a parameter its value: `--param {name}=...`");
         match names::suggestion(&near) {
-            Some(cure) => fault.cure(cure),
+            Some(cure) => fault.cure(format!("{cure} {parameter}")),
             None if name.len() <= 3 && name.chars().all(|c| "xyz".contains(c)) => {
                 let product: Vec<_> = name.chars().map(String::from).collect();
                 fault.cure(format!("write products with `*`: `{}`", product.join("*")))
             }
-            None => fault.cure("equations know x, y, z, pi, tau, e, functions and parameters"),
+            None => {
+                fault.cure(format!("equations know x, y, z, pi, tau, e and functions; {parameter}"))
+            }
         }
     }
 

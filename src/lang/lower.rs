@@ -8,13 +8,24 @@
 use super::infix::{self, Coordinates, Scope};
 use super::syntax::{Equation, Item, Operation, Value};
 use super::{
-    Action, Argument, Arguments, Diagnostic, Loaded, Loader, Shape, Span, Vocabulary, Word,
+    Action, Argument, Arguments, Demand, Diagnostic, Loaded, Loader, Span, Vocabulary, Word,
 };
 use crate::expr::{Graph, NodeId, Output};
-use crate::solid::{Solid, Values};
+use crate::solid::Solid;
 use rustc_hash::FxHashMap;
 
-/// The intersection of what `items` leave on the stack, in `graph`, and its operands.
+/// What the items of a program make.
+#[derive(Clone, Debug)]
+pub struct Made {
+    /// The intersection of what they leave on the stack.
+    pub solid: Solid,
+    /// The operands of that intersection, in order.
+    pub operands: Vec<Solid>,
+    /// What arguments ask of the parameters.
+    pub demands: Vec<Demand>,
+}
+
+/// Runs `items`, putting expressions into `graph`.
 ///
 /// The parameters become those of the graph, slot by slot.
 ///
@@ -26,13 +37,14 @@ pub fn run(
     vocabulary: &dyn Vocabulary,
     loader: &mut dyn Loader,
     parameters: &[(String, f64)],
-) -> Result<(Solid, Vec<Solid>), Vec<Diagnostic>> {
+) -> Result<Made, Vec<Diagnostic>> {
     let nodes = parameters
         .iter()
         .map(|(name, value)| (name.clone(), graph.parameter(name, *value)))
         .collect();
     let values = parameters.iter().map(|(_, value)| *value).collect();
-    let mut machine = Machine { graph, loader, nodes, values, meshes: FxHashMap::default() };
+    let meshes = FxHashMap::default();
+    let mut machine = Machine { graph, loader, nodes, values, meshes, demands: Vec::new() };
     let mut stack: Vec<Solid> = Vec::new();
     let mut faults = Vec::new();
     for item in items {
@@ -51,9 +63,9 @@ pub fn run(
     if !faults.is_empty() {
         return Err(faults);
     }
-    let operands = stack.clone();
+    let (operands, demands) = (stack.clone(), machine.demands);
     match Solid::intersection_of(graph, stack) {
-        Some(solid) => Ok((solid, operands)),
+        Some(solid) => Ok(Made { solid, operands, demands }),
         None => {
             let fault = Diagnostic::new("the program has no shape");
             Err(vec![fault.cure("give at least one shape, mesh file or equation")])
@@ -74,6 +86,7 @@ struct Machine<'a> {
     nodes: FxHashMap<String, NodeId>,
     values: Vec<f64>,
     meshes: FxHashMap<String, Loaded>,
+    demands: Vec<Demand>,
 }
 
 impl Machine<'_> {
@@ -157,23 +170,18 @@ impl Machine<'_> {
                 None => (default(argument)?, Span::NOWHERE),
             };
             let nodes: Vec<_> = components.iter().map(|c| self.expression(c)).collect();
-            let present = self.present(&nodes);
-            if let Some(objection) = argument.domain.objection(&present) {
-                faults.push(out_of_domain(word, argument, objection, &present, span));
-            }
             arguments.0.push(match nodes.as_slice() {
                 [a, b, c] => [*a, *b, *c],
                 [one, ..] => [*one; 3],
                 [] => return Err(vec![Diagnostic::new("an argument is empty").at(span, "")]),
             });
+            let demand = Demand::new(word.name, *argument, nodes, span);
+            faults.extend(demand.objection(self.graph, &self.values));
+            if demand.is_open(self.graph) {
+                self.demands.push(demand);
+            }
         }
         if faults.is_empty() { Ok(arguments) } else { Err(faults) }
-    }
-
-    /// The values of `nodes` under the present values of the parameters.
-    fn present(&self, nodes: &[NodeId]) -> Vec<f64> {
-        let mut values = Values::new(self.graph, &self.values);
-        nodes.iter().map(|node| values.of(*node).unwrap_or(f64::NAN)).collect()
     }
 
     fn expression(&mut self, equation: &Equation) -> NodeId {
@@ -189,23 +197,6 @@ impl Machine<'_> {
 fn default(argument: &Argument) -> Result<Vec<Equation>, Vec<Diagnostic>> {
     let scope = Scope { coordinates: Coordinates::Forbidden(argument.name), parameters: &[] };
     infix::list(argument.default.unwrap_or_default(), Span::NOWHERE, scope)
-}
-
-/// The fault of an argument whose value makes no sense.
-fn out_of_domain(
-    word: Word<'_>,
-    argument: &Argument,
-    objection: &str,
-    present: &[f64],
-    span: Span,
-) -> Diagnostic {
-    let value: Vec<_> = present.iter().map(f64::to_string).collect();
-    let components = match argument.shape {
-        Shape::Factor if present.len() > 1 => "each component of ",
-        Shape::Number | Shape::Vector | Shape::Factor => "",
-    };
-    let message = format!("{components}the `{}` of `{}` {objection}", argument.name, word.name);
-    Diagnostic::new(message).at(span, format!("is {}", value.join(",")))
 }
 
 /// The fault of an operation that finds too few solids on the stack.

@@ -7,7 +7,7 @@
 //! Text passes through four stages, each in a file of its own: [`words`] expands `@file` words,
 //! [`stack`] reads words as items with their arguments ([`syntax`]), reading equations by
 //! [`infix`], and [`lower`] runs the items on a stack of solids. Faults become [`Diagnostic`]s,
-//! plain data with spans. Nothing here reads files, prints, or knows a shape by name: the
+//! plain data with spans. A [parameter](parameters) stays a leaf of the graph, whatever its value. Nothing here reads files, prints, or knows a shape by name: the
 //! [`Vocabulary`] and the [`Loader`] are given. No input makes it panic or recurse without limit.
 //!
 //! Source: the Cesogen paper, section 3.2; supersets are noted where they are made.
@@ -17,6 +17,7 @@ pub mod infix;
 pub mod lexer;
 pub mod lower;
 pub mod names;
+pub mod parameters;
 pub mod source;
 pub mod stack;
 pub mod syntax;
@@ -24,6 +25,7 @@ pub mod word;
 pub mod words;
 
 pub use diagnostic::{Diagnostic, Label};
+pub use parameters::Demand;
 pub use source::{Place, Source, Sources};
 pub use syntax::{Equation, Item, Operation, Value};
 pub use word::{
@@ -32,8 +34,9 @@ pub use word::{
 pub use words::Token;
 
 use crate::expr::Graph;
+use crate::solid::Solid;
 pub use crate::solid::Span;
-use crate::solid::{Solid, Values};
+use lower::Made;
 
 /// The words of a program with the texts they come from.
 #[derive(Clone, Debug)]
@@ -55,8 +58,20 @@ pub struct Program {
     pub solid: Solid,
     /// What the text leaves on the stack: the operands of that intersection, in order.
     pub operands: Vec<Solid>,
+    /// What arguments ask of the parameters, met by the values given.
+    pub demands: Vec<Demand>,
     /// The texts, for messages about the solid's spans.
     pub sources: Sources,
+}
+
+impl Program {
+    /// The names of the parameters that the text does not use.
+    #[must_use]
+    pub fn unused_parameters(&self) -> Vec<&str> {
+        let used = parameters::used(&self.items);
+        let names = self.graph.parameters().iter().map(|(name, _)| name.as_str());
+        names.filter(|name| !used.contains(name)).collect()
+    }
 }
 
 /// Text that is at fault.
@@ -72,6 +87,7 @@ pub struct Rejected {
 /// The solid that `arguments` describe: the words of a command line after its options.
 ///
 /// `parameters` are the names, with present values, that equations may use besides x, y and z.
+/// The solid is one for all values that meet its [demands](Program::demands).
 ///
 /// # Errors
 /// [`Rejected`], with every fault found.
@@ -110,14 +126,16 @@ pub fn program(
 ) -> Result<Program, Rejected> {
     let Text { words, sources } = text;
     let mut graph = Graph::new();
-    let made = names::check_parameters(parameters, vocabulary)
+    let made = parameters::check(parameters, vocabulary)
         .and_then(|()| stack::read(&words, vocabulary, &*loader, parameters))
         .and_then(|items| {
             let made = lower::run(&items, &mut graph, vocabulary, loader, parameters)?;
             Ok((items, made))
         });
     match made {
-        Ok((items, (solid, operands))) => Ok(Program { items, graph, solid, operands, sources }),
+        Ok((items, Made { solid, operands, demands })) => {
+            Ok(Program { items, graph, solid, operands, demands, sources })
+        }
         Err(diagnostics) => Err(Rejected { diagnostics, sources }),
     }
 }
@@ -131,24 +149,7 @@ pub fn program(
 pub fn numbers(text: &str, what: &str, parameters: &[(String, f64)]) -> Result<Vec<f64>, Rejected> {
     let sources = Sources::new(&[text.to_owned()]);
     let span = sources.all()[0].word(0);
-    let scope = infix::Scope { coordinates: infix::Coordinates::Forbidden(what), parameters };
-    let mut graph = Graph::new();
-    let present: Vec<f64> = parameters.iter().map(|(_, value)| *value).collect();
-    for (name, value) in parameters {
-        graph.parameter(name, *value);
-    }
-    let listed = infix::list(text, span, scope).and_then(|list| {
-        let number = |equation: &Equation| {
-            let node =
-                equation.expression(&mut graph, &mut |graph, name| graph.parameter(name, 0.0));
-            let value = Values::new(&graph, &present).of(node).filter(|value| value.is_finite());
-            value.ok_or_else(|| {
-                let message = format!("{what} must be a finite number");
-                vec![Diagnostic::new(message).at(span, format!("`{equation}` is not"))]
-            })
-        };
-        list.iter().map(number).collect()
-    });
+    let listed = parameters::listed(text, span, what, parameters);
     listed.map_err(|diagnostics| Rejected { diagnostics, sources })
 }
 

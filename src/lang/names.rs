@@ -1,7 +1,6 @@
 //! Names that equations know, and suggestions for those that they don't.
 
 use super::word::normalized;
-use super::{Diagnostic, Vocabulary};
 use crate::expr::{Binary, Unary};
 use crate::geom::Axis;
 
@@ -78,38 +77,6 @@ pub fn reserved<'a>() -> impl Iterator<Item = &'a str> {
     let functions = Function::all().map(Function::name);
     let values = ["x", "y", "z"].into_iter().chain(CONSTANTS.iter().map(|(name, _)| *name));
     values.chain(functions).map(|name: &'static str| -> &'a str { name })
-}
-
-/// Checks that the names of `parameters` are names and mean nothing else.
-///
-/// # Errors
-/// A diagnostic for each that does not.
-pub fn check_parameters(
-    parameters: &[(String, f64)],
-    vocabulary: &dyn Vocabulary,
-) -> Result<(), Vec<Diagnostic>> {
-    let words = vocabulary.spellings().into_iter().filter_map(|word| vocabulary.word(word));
-    let argument_names: Vec<&str> =
-        words.flat_map(|word| word.arguments).map(|argument| argument.name).collect();
-    let mut faults = Vec::new();
-    for (i, (name, _)) in parameters.iter().enumerate() {
-        let mut letters = name.chars();
-        let is_name = letters.next().is_some_and(|c| c.is_ascii_alphabetic() || c == '_')
-            && letters.all(|c| c.is_ascii_alphanumeric() || c == '_');
-        let is_taken = reserved().any(|known| known == name)
-            || argument_names.contains(&name.as_str())
-            || vocabulary.word(&normalized(name)).is_some();
-        if !is_name {
-            let message = format!("`{name}` can't be the name of a parameter");
-            faults.push(Diagnostic::new(message).cure("use letters, digits and `_`"));
-        } else if is_taken {
-            let message = format!("the parameter name `{name}` is a word of the language");
-            faults.push(Diagnostic::new(message).cure("give it another name"));
-        } else if parameters[..i].iter().any(|(other, _)| other == name) {
-            faults.push(Diagnostic::new(format!("the parameter `{name}` is given twice")));
-        }
-    }
-    if faults.is_empty() { Ok(()) } else { Err(faults) }
 }
 
 /// The names most like `name` among `known`, best first: at most three, none if all are too far.
