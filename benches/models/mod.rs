@@ -8,6 +8,7 @@ use alveole::job::{Job, Settings};
 use alveole::mesh::Sink;
 use std::hint::black_box;
 use std::io;
+use std::sync::LazyLock;
 
 /// A program with a name.
 #[derive(Clone, Copy)]
@@ -60,6 +61,76 @@ pub const GYROID_GRADED: Model = Model {
           + sin(tau*y*(1+x*y*z/8))*cos(tau*z*(1+x*y*z/8)) \
           + sin(tau*z*(1+x*y*z/8))*cos(tau*x*(1+x*y*z/8))'",
 };
+
+/// Surfaces on three scales in a rounded box, as [`HIERARCHICAL`], in the cube [-1, 1]^3.
+pub const HIERARCHICAL_UNIT: Model = Model {
+    name: "hierarchical-unit",
+    text: "'max(max(abs(x),abs(y)),abs(z)) - 4' sphere scale 5,5,5 p-surface scale 4,4,4 \
+           d-surface scale 3.75,3.75,3.75 gyroid scale 1.25,1.25,1.25 intersection intersection intersection intersection \
+           scale 0.25,0.25,0.25",
+};
+
+/// A union of ten thousand balls, some of which overlap.
+pub fn spheres_10000() -> Model {
+    static TEXT: LazyLock<String> = LazyLock::new(|| {
+        let balls = (0..10_000).map(|i| {
+            let ([x, y, z], radius) = (scattered(i, 0.95), 0.015 + 0.03 * fraction(i, 3));
+            let join = if i == 0 { "" } else { " union" };
+            format!("sphere scale {radius} translate {x},{y},{z}{join}")
+        });
+        balls.collect::<Vec<_>>().join(" ")
+    });
+    Model { name: "spheres-10000", text: &TEXT }
+}
+
+/// A union of 2,500 things, each of four parts close to one another: (a or b) without c, or d.
+pub fn csg_10000() -> Model {
+    const KINDS: [&str; 4] = ["sphere", "torus", "capsule", "ellipsoid"];
+    const JOINS: [&str; 4] = ["", "union ", "difference ", "union "];
+    static TEXT: LazyLock<String> = LazyLock::new(|| {
+        let mut text = String::new();
+        for i in 0..10_000 {
+            let (thing, part) = (i / 4, i % 4);
+            let (kind, angle) = (KINDS[(i + thing) % 4], 6.0 * fraction(i, 4));
+            let size = 0.02 + 0.03 * fraction(i, 3);
+            let [x, y, z] = scattered(thing, 0.92);
+            let [dx, dy, dz] = scattered(i, 0.03);
+            let (x, y, z) = (x + dx, y + dy, z + dz);
+            text += &format!("{kind} scale {size} rotate {angle} 1,2,3 translate {x},{y},{z} ");
+            text += JOINS[part];
+            text += if part == 3 && thing > 0 { "union " } else { "" };
+        }
+        text
+    });
+    Model { name: "csg-10000", text: &TEXT }
+}
+
+/// A sum of five hundred waves in all directions, as random spinodal foams are made.
+pub fn terms_500() -> Model {
+    static TEXT: LazyLock<String> = LazyLock::new(|| {
+        let waves = (0..500).map(|i| {
+            let [x, y, z] = scattered(i, 12.0);
+            let (size, phase) = (0.5 + fraction(i, 3), 6.0 * fraction(i, 4));
+            format!("{size}*sin({x}*x + ({y})*y + ({z})*z + {phase})")
+        });
+        format!("'{}'", waves.collect::<Vec<_>>().join(" + "))
+    });
+    Model { name: "terms-500", text: &TEXT }
+}
+
+/// Point `i` of a sequence that fills the cube of half-side `half` evenly and in no order.
+fn scattered(i: usize, half: f64) -> [f64; 3] {
+    std::array::from_fn(|axis| ((2.0 * fraction(i, axis) - 1.0) * half * 1e6).round() / 1e6)
+}
+
+/// Number `i` of one of five such sequences in [0, 1), to six digits.
+///
+/// Additive recurrences of the powers of the root of x^6 = x + 1 (Roberts 2018, the R sequences).
+fn fraction(i: usize, sequence: usize) -> f64 {
+    const ROOT: f64 = 1.134_724_138_401_519_4;
+    let ratio = ROOT.powi(-1 - sequence as i32);
+    (((i + 1) as f64 * ratio).fract() * 1e6).floor() / 1e6
+}
 
 /// What is evaluated on the cube [-1, 1]^3.
 pub const FIELDS: [Model; 7] =
