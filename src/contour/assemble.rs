@@ -10,7 +10,7 @@
 //! up, because they carry caps. No other settled brick owns a vertex or a triangle: the signs of
 //! its closed box are one.
 
-use super::bits::{INSIDE, OUTSIDE, Rows, SIDE, Span, Spans, crowded};
+use super::bits::{INSIDE, OUTSIDE, Span, Spans};
 use super::faces::{self, Facing};
 use super::grid::Grid;
 use super::numbering::{Block, BrickNumbers, Count, Counting, Filling, Neighbours};
@@ -223,18 +223,42 @@ impl<S> Scene<'_, S> {
         });
     }
 
-    fn crowded(&self, brick: [u32; 3], made: &mut Made, nodes: &mut Rows) {
-        let mut signs = [&OUTSIDE; 27];
-        for (n, (signs, made)) in signs.iter_mut().zip(made.iter_mut()).enumerate() {
-            let offset = [n % 3, n / 3 % 3, n / 9].map(|d| d as i64 - 1);
-            *signs = self.signs_of(self.neighbour(brick, offset), made);
+    /// Whether a node of the padded grid is inside; nothing else is.
+    fn is_inside(&self, node: [i64; 3]) -> bool {
+        let (mut brick, mut local) = ([0; 3], [0; 3]);
+        for a in 0..3 {
+            let Ok(position) = usize::try_from(node[a]) else { return false };
+            (brick[a], local[a]) = ((position / BRICK) as u32, position % BRICK);
+            let span = self.spans[a].get(position / BRICK);
+            if span.is_none_or(|span| span.real >> local[a] & 1 == 0) {
+                return false;
+            }
         }
-        crowded(signs, nodes);
+        let [x, y, z] = brick.map(|b| b as usize);
+        let [nx, ny, _] = self.bricks.counts.map(|n| n as usize);
+        let number = x + nx * (y + ny * z);
+        match self.bricks.active.rank(number) {
+            Some(rank) => self.signs[rank][local[2] * BRICK + local[1]] >> local[0] & 1 == 1,
+            None => self.bricks.inside[number / 64] >> (number % 64) & 1 == 1,
+        }
+    }
+
+    /// Whether a node, given by its place from the least node of `brick` on, has more than one
+    /// crossed edge. Edges to ghosts count, because ghosts are outside.
+    fn is_crowded(&self, brick: [u32; 3], place: [usize; 3]) -> bool {
+        let node = [0, 1, 2].map(|a| (brick[a] as usize * BRICK + place[a]) as i64);
+        let here = self.is_inside(node);
+        let crossed = (0..6).filter(|side| {
+            let mut other = node;
+            other[side / 2] += if side % 2 == 0 { 1 } else { -1 };
+            self.is_inside(other) != here
+        });
+        crossed.take(2).count() == 2
     }
 }
 
 /// Room for signs of bricks that were not sampled.
-type Made = [BrickSigns; 27];
+type Made = [BrickSigns; 8];
 
 /// Scratch memory of a task.
 struct Worker<W> {
@@ -244,7 +268,6 @@ struct Worker<W> {
     made: Box<Made>,
     block: Box<Block>,
     next: Box<Block>,
-    crowded: Box<Rows>,
     placer: Placer,
     positions: Vec<[f64; 3]>,
     triangles: Vec<[u32; 3]>,
@@ -256,10 +279,9 @@ impl<W> Worker<W> {
             workspace: sampler.workspace(),
             activity: vec![0; sampler.activity_words()],
             values: Box::new([0.0; BRICK * BRICK * BRICK]),
-            made: Box::new([OUTSIDE; 27]),
+            made: Box::new([OUTSIDE; 8]),
             block: Box::default(),
             next: Box::default(),
-            crowded: Box::new([[0; SIDE]; SIDE]),
             placer: Placer::default(),
             positions: Vec::new(),
             triangles: Vec::new(),
@@ -324,8 +346,7 @@ fn tally<S: Sampler>(
         let brick = scene.bricks.position(number);
         let spans = scene.spans(brick);
         let signs = scene.signs_above(brick, &mut worker.made);
-        let rows = &mut worker.block.rows;
-        let counted = arch.dispatch(Counting { signs, rows, spans: &spans, tables });
+        let counted = arch.dispatch(Counting { signs, spans: &spans, tables });
         let (relative, Count { vertices, triangles: here }) = counted;
         *numbers = BrickNumbers { first: vertices, ..relative };
         triangles += u64::from(here);
@@ -348,18 +369,8 @@ fn write<S: Sampler>(
     let Some(mut first_vertex) = scene.numbers.get(ranks.start).map(|n| u64::from(n.first)) else {
         return Ok(());
     };
-    let Worker {
-        workspace,
-        activity,
-        made,
-        block,
-        next,
-        crowded,
-        placer,
-        positions,
-        triangles,
-        ..
-    } = worker;
+    let Worker { workspace, activity, made, block, next, placer, positions, triangles, .. } =
+        worker;
     positions.clear();
     let room = PIECE / size_of::<[u32; 3]>() + faces::MOST;
     triangles.resize(room, [0; 3]);
@@ -395,10 +406,7 @@ fn write<S: Sampler>(
                 &lines,
                 positions,
             )?;
-            if placer.any_near() {
-                scene.crowded(brick, made, crowded);
-                placer.keep_off(crowded, &lines, positions);
-            }
+            placer.keep_off(&lines, |place| scene.is_crowded(brick, place), positions);
         }
         if !spans.is_plain() {
             planes(block, &spans, &lines, positions);

@@ -1,8 +1,9 @@
 //! Signs of a brick and its neighbours as words, and which of their bits are real.
 //!
 //! A brick owns 16 nodes along each axis, the edges that start at them and the cells whose lower
-//! corner they are. Its words therefore reach one node into the neighbours: 17 rows of 17 rows of
-//! 17 bits. Bit `x` of row `[z][y]` is set where that node is inside.
+//! corner they are. Its rows therefore reach one node into the neighbours: 17 rows of 17 rows of
+//! 17 bits. Bit `x` of row `[z][y]` is set where that node is inside. What is counted or listed is
+//! taken from words of four rows instead, a quarter of the work.
 
 use crate::eval::{BRICK, BrickSigns};
 
@@ -103,13 +104,6 @@ impl Spans {
         (rows[z][y] ^ rows[z][y + 1]) & spread(self.0[1].edge, y) & ROW
     }
 
-    /// Crossed edges along z of row `[z][y]`, `z < 16`.
-    #[inline(always)]
-    #[must_use]
-    pub fn along_z(&self, rows: &Rows, z: usize, y: usize) -> u32 {
-        (rows[z][y] ^ rows[z + 1][y]) & spread(self.0[2].edge, z) & ROW
-    }
-
     /// Inside nodes of the outer planes in row `[z][y]`.
     #[inline(always)]
     #[must_use]
@@ -130,6 +124,13 @@ impl Spans {
     pub fn caps(&self, z: usize, y: usize) -> u32 {
         let ghost = |a: usize| self.0[a].low | self.0[a].high;
         (ghost(0) | spread(ghost(1), y) | spread(ghost(2), z)) & ROW
+    }
+
+    /// Cells of four rows that touch ghosts: those of word `q` of layer `z` of [`Words`].
+    #[inline(always)]
+    #[must_use]
+    pub fn cap_words(&self, z: usize, q: usize) -> u64 {
+        (0..4).fold(0, |word, k| word | u64::from(self.caps(z, 4 * q + k)) << (BRICK * k))
     }
 
     /// Where cell `[x, y, z]` lies between ghosts; see [`super::tables::Tables::cap`].
@@ -162,44 +163,87 @@ pub fn gather(signs: [&BrickSigns; 8], rows: &mut Rows) {
     rows[BRICK][BRICK] = join(signs[6][0], signs[7][0]);
 }
 
-/// Nodes of a brick's cells with more than one crossed edge.
-///
-/// `signs` holds the brick in the middle of its 26 neighbours, brick `dx + 3 dy + 9 dz` for
-/// offsets 0 to 2. Edges to ghosts count, because ghosts are outside.
-pub fn crowded(signs: [&BrickSigns; 27], nodes: &mut Rows) {
-    // Positions -1 to 17 along each axis, bit 0 of a word being -1.
-    const REACH: usize = BRICK + 3;
-    let split = |i: usize| match i {
-        0 => (0, BRICK - 1),
-        i if i <= BRICK => (1, i - 1),
-        i => (2, i - 1 - BRICK),
+/// Bits of a brick's nodes, four rows a word: bit `16 k + x` of word `[z][q]` stands for the node
+/// `x` of row `4 q + k`, so that bit `b` of word `w` of all is node `64 w + b` of the brick.
+pub type Words = [[u64; BRICK / 4]; BRICK];
+
+/// The lowest bit of each of four rows.
+const FIRST: u64 = 0x0001_0001_0001_0001;
+
+/// Signs of four rows of nodes and of their neighbours one further along x, along y, and both.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Corners {
+    /// The nodes themselves.
+    pub own: u64,
+    /// Those next along x.
+    pub x: u64,
+    /// Those next along y.
+    pub y: u64,
+    /// Those next along both.
+    pub xy: u64,
+}
+
+/// The corners of layer `z` of a brick, four rows a word; `signs` are those of the brick, of the
+/// next along x, along y, and along both.
+#[inline(always)]
+pub fn layer(signs: [&BrickSigns; 4], z: usize) -> [Corners; BRICK / 4] {
+    let rows = |brick: usize| &signs[brick].as_chunks::<BRICK>().0[z];
+    let word = |row: &[u16; BRICK], q: usize| {
+        (0..4).fold(0, |word, k| word | u64::from(row[4 * q + k]) << (BRICK * k))
     };
-    let mut wide = [[0u32; REACH]; REACH];
-    for (k, layer) in wide.iter_mut().enumerate() {
-        let (dz, z) = split(k);
-        for (j, row) in layer.iter_mut().enumerate() {
-            let (dy, y) = split(j);
-            let word = |dx: usize| u32::from(signs[dx + 3 * dy + 9 * dz][z * BRICK + y]);
-            *row = word(0) >> (BRICK - 1) | word(1) << 1 | (word(2) & 3) << SIDE;
-        }
-    }
-    for z in 0..SIDE {
-        for y in 0..SIDE {
-            let here = wide[z + 1][y + 1];
-            let around = [
-                here << 1,
-                here >> 1,
-                wide[z + 1][y],
-                wide[z + 1][y + 2],
-                wide[z][y + 1],
-                wide[z + 2][y + 1],
-            ];
-            let (mut one, mut two) = (0, 0);
-            for other in around {
-                two |= one & (here ^ other);
-                one |= here ^ other;
+    std::array::from_fn(|q| {
+        let after = |row: &[u16; BRICK], beyond: usize| {
+            u64::from(if q < 3 { row[(4 * q + 4) % BRICK] } else { rows(beyond)[0] })
+        };
+        let (own, next) = (word(rows(0), q), word(rows(1), q));
+        let y = own >> BRICK | after(rows(0), 2) << (3 * BRICK);
+        let next_y = next >> BRICK | after(rows(1), 3) << (3 * BRICK);
+        let along_x =
+            |own: u64, next: u64| own >> 1 & !(FIRST << 15) | (next & FIRST) << (BRICK - 1);
+        Corners { own, x: along_x(own, next), y, xy: along_x(y, next_y) }
+    })
+}
+
+/// Crossed edges that start at a brick's nodes, by axis.
+#[derive(Clone, Debug, Default)]
+pub struct Crossings(pub [Words; 3]);
+
+impl Crossings {
+    /// The crossed edges of a brick; `signs` are its own and those of the seven bricks above it, as
+    /// in [`gather`].
+    #[inline(always)]
+    #[must_use]
+    pub fn new(signs: [&BrickSigns; 8], spans: &Spans) -> Self {
+        let mut crossings = Self::default();
+        let (lower, upper) = ([0, 1, 2, 3].map(|n| signs[n]), [4, 5, 6, 7].map(|n| signs[n]));
+        let mut here = layer(lower, 0);
+        for z in 0..BRICK {
+            let above = if z + 1 < BRICK { layer(lower, z + 1) } else { layer(upper, 0) };
+            for q in 0..BRICK / 4 {
+                let Corners { own, x, y, xy: _ } = here[q];
+                crossings.0[0][z][q] = own ^ x;
+                crossings.0[1][z][q] = own ^ y;
+                crossings.0[2][z][q] = own ^ above[q].own;
             }
-            nodes[z][y] = (two >> 1) & ((1 << SIDE) - 1);
+            here = above;
+        }
+        if !spans.is_plain() {
+            crossings.mask(spans);
+        }
+        crossings
+    }
+
+    /// Removes edges to and between what is no node.
+    fn mask(&mut self, spans: &Spans) {
+        let [x, y, z] = spans.0.map(|span| span.edge);
+        for layer in 0..BRICK {
+            for q in 0..BRICK / 4 {
+                let rows = (0..4)
+                    .fold(0, |word, k| word | u64::from(spread(y, 4 * q + k) & ROW) << (BRICK * k));
+                self.0[0][layer][q] &= u64::from(x & ROW) * FIRST;
+                self.0[1][layer][q] &= rows;
+                self.0[2][layer][q] &= 0u64.wrapping_sub(u64::from(z >> layer & 1));
+            }
         }
     }
 }

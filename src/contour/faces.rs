@@ -86,7 +86,7 @@ fn faces(block: &Block, next: &Block, spans: &Spans, out: &mut [[u32; 3]]) -> us
                 block.z[z][y],
                 block.z[z][y + 1],
             ];
-            for x in Bits(quad.active & !caps) {
+            for x in Bits(u64::from(quad.active & !caps)) {
                 let step = &steps[quad.case(x)];
                 let mut ids = [0; 16];
                 for k in 0..8 {
@@ -116,7 +116,7 @@ fn faces(block: &Block, next: &Block, spans: &Spans, out: &mut [[u32; 3]]) -> us
                 continue;
             }
             let row = Row::new(block, next, spans, &quad, z, y);
-            for x in Bits(caps) {
+            for x in Bits(u64::from(caps)) {
                 let case = &tables.cap(spans.position([x, y, z]))[quad.case(x)];
                 let cap = Cap { edges: row.edges(x), block, next, spans, cell: [x, y, z] };
                 for t in 0..usize::from(case.count) {

@@ -5,8 +5,8 @@
 //! order of their numbers. A vertex is found by the first number of its row and the count of set
 //! bits below it. So the numbering reads signs only and does not know which bricks were sampled.
 
-use super::bits::{ROW, Rows, SIDE, Spans, gather};
-use super::tables::Tables;
+use super::bits::{Corners, Crossings, ROW, Rows, SIDE, Spans, gather, layer};
+use super::tables::{Tables, corners_of};
 use crate::eval::{BRICK, BrickSigns};
 use pulp::NullaryFnOnce;
 
@@ -39,6 +39,8 @@ pub struct Count {
 pub struct Block {
     /// Signs.
     pub rows: Rows,
+    /// Crossed edges.
+    pub crossings: Crossings,
     /// The first vertex on an edge along x of each row.
     pub x: Rows,
     /// The first vertex on an edge along y of each row, `y < 16`.
@@ -52,19 +54,17 @@ pub struct Block {
 impl Default for Block {
     fn default() -> Self {
         let rows = [[0; SIDE]; SIDE];
-        Self { rows, x: rows, y: rows, z: rows, planes: rows }
+        Self { rows, crossings: Crossings::default(), x: rows, y: rows, z: rows, planes: rows }
     }
 }
 
-/// Gathers a brick's signs and counts what it owns; a task for [`pulp::Arch::dispatch`].
+/// Counts what a brick owns; a task for [`pulp::Arch::dispatch`].
 ///
 /// The numbers returned count from zero. (A closure would not do: only `inline(always)` bodies are
 /// sure to be compiled for the dispatched instructions, and counting bits depends on them.)
 pub struct Counting<'a> {
     /// Signs of the brick and of the seven above it.
     pub signs: [&'a BrickSigns; 8],
-    /// Receives the rows.
-    pub rows: &'a mut Rows,
     /// Spans of the brick.
     pub spans: &'a Spans,
     /// The cases.
@@ -76,57 +76,123 @@ impl NullaryFnOnce for Counting<'_> {
 
     #[inline(always)]
     fn call(self) -> Self::Output {
-        gather(self.signs, self.rows);
-        count(self.rows, self.spans, self.tables)
+        let Self { signs, spans, tables } = self;
+        let mut numbers = BrickNumbers::default();
+        let [x, y, z] = Crossings::new(signs, spans).0;
+        let crossed = |layer: &[u64; 4]| layer.iter().map(|w| w.count_ones() as u16).sum::<u16>();
+        let mut at = 0;
+        for (first, layer) in numbers.x_layers.iter_mut().zip(&x) {
+            *first = at;
+            at += crossed(layer);
+        }
+        numbers.y = at;
+        at += y.iter().map(crossed).sum::<u16>();
+        for (first, layer) in numbers.z_layers.iter_mut().zip(&z) {
+            *first = at;
+            at += crossed(layer);
+        }
+        numbers.planes = at;
+        if !spans.is_plain() {
+            for (n, word) in signs[0].iter().enumerate() {
+                let outer = spans.outer(n / BRICK, n % BRICK);
+                at += (u32::from(*word) & outer).count_ones() as u16;
+            }
+        }
+        (numbers, Count { vertices: u32::from(at), triangles: triangles(signs, spans, tables) })
     }
 }
 
+/// Number of triangles in a brick's cells.
+///
+/// A loop of k crossings takes k - 2 triangles, so a cell has its crossings less two a loop: counts
+/// of bits, 64 cells at a time. Only cells that may have several loops are looked up: those with an
+/// ambiguous face, and those with two opposite corners cut off, as [`Cells::doubtful`] tells.
 #[inline(always)]
-fn count(rows: &Rows, spans: &Spans, tables: &Tables) -> (BrickNumbers, Count) {
-    let mut numbers = BrickNumbers::default();
-    let mut at = 0;
-    for z in 0..BRICK {
-        numbers.x_layers[z] = at;
-        for y in 0..BRICK {
-            at += spans.along_x(rows, z, y).count_ones() as u16;
-        }
-    }
-    numbers.y = at;
-    for z in 0..BRICK {
-        for y in 0..BRICK {
-            at += spans.along_y(rows, z, y).count_ones() as u16;
-        }
-    }
-    for z in 0..BRICK {
-        numbers.z_layers[z] = at;
-        for y in 0..BRICK {
-            at += spans.along_z(rows, z, y).count_ones() as u16;
-        }
-    }
-    numbers.planes = at;
+fn triangles(signs: [&BrickSigns; 8], spans: &Spans, tables: &Tables) -> u32 {
     let plain = spans.is_plain();
-    if !plain {
-        for z in 0..BRICK {
-            for y in 0..BRICK {
-                at += spans.planes(rows, z, y).count_ones() as u16;
-            }
-        }
-    }
-    let mut triangles = 0;
+    let (lower, upper) = ([0, 1, 2, 3].map(|n| signs[n]), [4, 5, 6, 7].map(|n| signs[n]));
+    let mut here = layer(lower, 0);
+    let mut count = 0i32;
     for z in 0..BRICK {
-        for y in 0..BRICK {
-            let quad = Quad::new(rows, z, y);
-            let caps = if plain { 0 } else { quad.active & spans.caps(z, y) };
-            for x in Bits(quad.active & !caps) {
-                triangles += u32::from(tables.cell[quad.case(x)].count);
+        let above = if z + 1 < BRICK { layer(lower, z + 1) } else { layer(upper, 0) };
+        for q in 0..BRICK / 4 {
+            let cells = Cells::new(here[q], above[q]);
+            let mut active = cells.active();
+            if active == 0 {
+                continue;
             }
-            for x in Bits(caps) {
-                let cap = tables.cap(spans.position([x, y, z]));
-                triangles += u32::from(cap[quad.case(x)].count);
+            if !plain {
+                let caps = active & spans.cap_words(z, q);
+                active &= !caps;
+                for bit in Bits(caps) {
+                    let cell = [bit % BRICK, 4 * q + bit / BRICK, z];
+                    count += i32::from(tables.cap(spans.position(cell))[cells.case(bit)].count);
+                }
+            }
+            let edges = cells.edges();
+            count += edges.iter().map(|e| (e & active).count_ones() as i32).sum::<i32>();
+            count -= 2 * active.count_ones() as i32;
+            for bit in Bits(Cells::doubtful(&edges) & active) {
+                count -= 2 * i32::from(tables.more_loops[cells.case(bit)]);
             }
         }
+        here = above;
     }
-    (numbers, Count { vertices: u32::from(at), triangles })
+    count as u32
+}
+
+/// The corners of 64 cells, four rows of sixteen.
+struct Cells([u64; 8]);
+
+impl Cells {
+    /// The cells between two layers.
+    #[inline(always)]
+    fn new(below: Corners, above: Corners) -> Self {
+        let corners = |c: Corners| [c.own, c.x, c.y, c.xy];
+        let ([a, b, c, d], [e, f, g, h]) = (corners(below), corners(above));
+        Self([a, b, c, d, e, f, g, h])
+    }
+
+    /// Cells whose corners have different signs.
+    #[inline(always)]
+    fn active(&self) -> u64 {
+        let any = self.0.iter().fold(0, |any, corner| any | corner);
+        let all = self.0.iter().fold(u64::MAX, |all, corner| all & corner);
+        any & !all
+    }
+
+    /// The case of the cell at `bit`: its inside corners.
+    #[inline(always)]
+    fn case(&self, bit: usize) -> usize {
+        (0..8).fold(0, |case, corner| case | (self.0[corner] >> bit & 1) << corner) as usize
+    }
+
+    /// Crossed edges, numbered as in [`super::tables`].
+    #[inline(always)]
+    fn edges(&self) -> [u64; 12] {
+        std::array::from_fn(|edge| {
+            let [low, high] = corners_of(edge);
+            self.0[low] ^ self.0[high]
+        })
+    }
+
+    /// Cells that may have several loops.
+    ///
+    /// A face is ambiguous where its four edges are crossed; three of them suffice, because their
+    /// number is even. Without such a face two loops are those around two opposite corners.
+    #[inline(always)]
+    fn doubtful(edges: &[u64; 12]) -> u64 {
+        let [x0, x1, x2, x3, y0, v0, y1, v1, z0, u0, z1, u1] = *edges;
+        let faces =
+            [y0 & y1 & z0, v0 & v1 & u0, x0 & x2 & z0, x1 & x3 & z1, x0 & x1 & y0, x2 & x3 & y1];
+        let corners = [
+            x0 & y0 & z0 & x3 & v1 & u1,
+            x0 & v0 & u0 & x3 & y1 & z1,
+            x1 & y0 & z1 & x2 & v1 & u0,
+            x1 & v0 & u1 & x2 & y1 & z0,
+        ];
+        faces.iter().chain(&corners).fold(0, |cells, some| cells | some)
+    }
 }
 
 /// Numbers of a brick and of its neighbours `dx + 2 dy + 4 dz`, where they own a vertex.
@@ -157,23 +223,17 @@ impl NullaryFnOnce for Filling<'_> {
         let rows = &block.rows;
         let plain = spans.is_plain();
         if let Some(own) = neighbours[0] {
+            block.crossings = Crossings::new(signs, spans);
             let mut at = own.first;
-            for z in 0..BRICK {
-                for y in 0..BRICK {
-                    block.x[z][y] = at;
-                    at += spans.along_x(rows, z, y).count_ones();
-                }
-            }
-            for z in 0..BRICK {
-                for y in 0..BRICK {
-                    block.y[z][y] = at;
-                    at += spans.along_y(rows, z, y).count_ones();
-                }
-            }
-            for z in 0..BRICK {
-                for y in 0..BRICK {
-                    block.z[z][y] = at;
-                    at += spans.along_z(rows, z, y).count_ones();
+            let firsts = [&mut block.x, &mut block.y, &mut block.z];
+            for (firsts, layers) in firsts.into_iter().zip(&block.crossings.0) {
+                for (firsts, layer) in firsts.iter_mut().zip(layers) {
+                    for (firsts, word) in firsts.as_chunks_mut::<4>().0.iter_mut().zip(layer) {
+                        for (k, first) in firsts.iter_mut().enumerate() {
+                            *first = at + below(*word, k);
+                        }
+                        at += word.count_ones();
+                    }
                 }
             }
             if !plain {
@@ -248,9 +308,15 @@ impl Quad {
     }
 }
 
+/// Number of set bits in the first `k` of four rows, `k < 4`.
+#[inline(always)]
+const fn below(word: u64, k: usize) -> u32 {
+    (word & ((1 << (BRICK * k)) - 1)).count_ones()
+}
+
 /// The positions of the set bits of a word, from the lowest on.
 #[derive(Clone, Copy, Debug)]
-pub struct Bits(pub u32);
+pub struct Bits(pub u64);
 
 impl Iterator for Bits {
     type Item = usize;
@@ -263,5 +329,25 @@ impl Iterator for Bits {
         let bit = self.0.trailing_zeros() as usize;
         self.0 &= self.0 - 1;
         Some(bit)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contour::tables::TABLES;
+
+    #[test]
+    fn triangles_are_crossings_less_two_a_loop() {
+        for case in 0..256usize {
+            let cells = Cells(std::array::from_fn(|corner| (case >> corner & 1) as u64));
+            let edges = cells.edges();
+            let crossings: u32 = edges.iter().map(|e| e.count_ones()).sum();
+            let more = u32::from(TABLES.more_loops[case]);
+            assert!(more == 0 || Cells::doubtful(&edges) == 1, "case {case}");
+            let loops = cells.active() as u32 + more;
+            assert_eq!(u32::from(TABLES.cell[case].count), crossings - 2 * loops);
+            assert_eq!(cells.case(0), case);
+        }
     }
 }

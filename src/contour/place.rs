@@ -1,10 +1,11 @@
 //! Where vertices lie: roots of the field on grid edges, kept off crowded nodes.
 //!
-//! A vertex is the root of the field itself on its edge, found between the two sampled signs. From
-//! a linear guess, [`GLIDES`] steps of Newton's method on value and slope settle nearly every edge
-//! of a smooth field. The others start again with a bracket, and bisection replaces a step that
-//! leaves it or is longer than three quarters of the one before. Each edge is one lane with a state
-//! of its own, so its root does not depend on the edges that it is batched with.
+//! A vertex is the root of the field itself on its edge, found between the two sampled signs. Two
+//! evaluations settle nearly every edge of a smooth field: one at the linear guess, one at the root
+//! of the cubic through all that is known by then, whose Newton step ends at rounding
+//! ([`Lanes::bend`], [`Lanes::settle`]). The others go on with a bracket, and bisection replaces a
+//! step that leaves it or is longer than three quarters of the one before. Each edge is one lane
+//! with a state of its own, so its root does not depend on the edges that it is batched with.
 //!
 //! A value of zero counts as a root only where the slope is not zero: on a plateau of zeros the
 //! root is where the solid ends. A root at a node is that node's coordinate exactly.
@@ -22,7 +23,7 @@
 //! Source: Press et al., Numerical Recipes, section 9.4 (`rtsafe`), with the ends of the bracket
 //! kept by sign instead of by order.
 
-use super::bits::{Rows, SIDE, Spans};
+use super::bits::{Rows, SIDE, Spans, Words};
 use super::grid::{Grid, TAU};
 use super::numbering::{Bits, Block};
 use crate::eval::sampler::Failure;
@@ -43,13 +44,11 @@ const STAGNATION: f64 = 1e-11;
 /// Coordinates are known to this fraction of the largest of them.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
-/// Newton steps that every edge takes before the first is asked whether it has settled. From the
-/// linear guess, a hundredth of an edge off at worst where the grid resolves the field, two steps
-/// lead to rounding; the third evaluation proves it.
-const GLIDES: usize = 2;
+/// Step, in edge lengths, that may be the last where the curvature says that it ends at rounding.
+const LAST_STEP: f64 = 1e-7;
 
-/// Most evaluations of an edge that has not settled then: bisection alone needs 52 for any edge, and no more than half of the
-/// steps of an edge that resists are those of Newton's method.
+/// Most evaluations of an edge that has not settled after two: bisection alone needs 52 for any
+/// edge, and no more than half of the steps of an edge that resists are those of Newton's method.
 const MOST_ROUNDS: usize = 110;
 
 /// Coordinates of a brick's nodes along each axis, the first of the next brick included.
@@ -100,7 +99,7 @@ struct Rim {
 /// Scratch memory for the vertices of a brick.
 #[derive(Debug)]
 pub struct Placer {
-    edges: Box<[u16; BRICK * BRICK * BRICK]>,
+    edges: Box<Edges>,
     near: Vec<Near>,
     roots: Vec<f64>,
     rims: Vec<Rim>,
@@ -111,7 +110,7 @@ pub struct Placer {
 impl Default for Placer {
     fn default() -> Self {
         Self {
-            edges: Box::new([0; BRICK * BRICK * BRICK]),
+            edges: Box::new([0; BRICK * BRICK * BRICK + WRITTEN]),
             near: Vec::new(),
             roots: Vec::new(),
             rims: Vec::new(),
@@ -142,15 +141,16 @@ impl Placer {
         self.near.clear();
         for axis in Axis::ALL {
             let rows = &block.rows;
-            let count = arch.dispatch(Listing { rows, spans, axis, edges: &mut self.edges });
+            let crossed = &block.crossings.0[axis.index()];
+            let count = arch.dispatch(Listing { crossed, edges: &mut self.edges });
             for batch in self.edges[..count].chunks(BATCH) {
                 let a = axis.index();
                 let mut ask = Query { sampler, workspace: &mut *workspace, brick, activity, axis };
                 let table = &lines.sampled[a];
-                let roots = self.lanes.solve(arch, &mut ask, batch, table, lines.extent)?;
-                self.roots.clear();
-                self.roots.extend_from_slice(roots);
+                let mut roots = self.lanes.solve(arch, &mut ask, batch, table, lines.extent)?;
                 if !spans.is_plain() {
+                    self.roots.clear();
+                    self.roots.extend_from_slice(roots);
                     self.rims.clear();
                     self.rims.extend(
                         (0..)
@@ -167,8 +167,9 @@ impl Placer {
                         let (lanes, roots) = (&mut self.lanes, &mut self.roots);
                         lanes.meet_planes(arch, &mut ask, rims, table, lines.extent, roots)?;
                     }
+                    roots = &self.roots;
                 }
-                let (near, roots) = (&mut self.near, &self.roots);
+                let near = &mut self.near;
                 match axis {
                     Axis::X => put::<0>(batch, roots, lines, near, out),
                     Axis::Y => put::<1>(batch, roots, lines, near, out),
@@ -179,27 +180,26 @@ impl Placer {
         Ok(())
     }
 
-    /// Whether [`keep_off`](Self::keep_off) has anything to do for the last brick.
-    #[must_use]
-    pub fn any_near(&self) -> bool {
-        !self.near.is_empty()
-    }
-
-    /// Moves the last brick's crossings off crowded nodes.
-    pub fn keep_off(&self, crowded: &Rows, lines: &BrickLines, out: &mut [[f64; 3]]) {
+    /// Moves the last brick's crossings off crowded nodes; `crowded` tells whether the node at that
+    /// place in the brick, or in the next ones, has more than one crossed edge.
+    pub fn keep_off(
+        &self,
+        lines: &BrickLines,
+        crowded: impl Fn([usize; 3]) -> bool,
+        out: &mut [[f64; 3]],
+    ) {
         for &Near { vertex, axis, node } in &self.near {
             let a = axis.index();
-            let [x, y, z] = position(node);
-            let mut upper = [x, y, z];
+            let lower = position(node);
+            let mut upper = lower;
             upper[a] += 1;
-            let is_crowded = |[x, y, z]: [usize; 3]| crowded[z][y] >> x & 1 == 1;
-            let ends = [lines.placed[a][[x, y, z][a]], lines.placed[a][upper[a]]];
+            let ends = [lines.placed[a][lower[a]], lines.placed[a][upper[a]]];
             let margin = TAU * (ends[1] - ends[0]);
             let at = &mut out[vertex][a];
-            if is_crowded([x, y, z]) {
+            if *at - ends[0] < margin && crowded(lower) {
                 *at = at.max(ends[0] + margin);
             }
-            if is_crowded(upper) {
+            if ends[1] - *at < margin && crowded(upper) {
                 *at = at.min(ends[1] - margin);
             }
         }
@@ -268,33 +268,38 @@ fn position(node: u16) -> [usize; 3] {
     [node % BRICK, node / BRICK % BRICK, node / (BRICK * BRICK) % BRICK]
 }
 
-/// Writes the lower nodes of a brick's crossed edges along `axis` and returns how many they are.
+/// Writes the lower nodes of crossed edges and returns how many they are.
 struct Listing<'a> {
-    rows: &'a Rows,
-    spans: &'a Spans,
-    axis: Axis,
-    edges: &'a mut [u16; BRICK * BRICK * BRICK],
+    crossed: &'a Words,
+    edges: &'a mut Edges,
 }
+
+/// Room for the nodes of a brick, and for those of a word written in vain.
+type Edges = [u16; BRICK * BRICK * BRICK + WRITTEN];
+
+/// Nodes that are written for every word: a loop of random short length costs a misprediction.
+const WRITTEN: usize = 4;
 
 impl NullaryFnOnce for Listing<'_> {
     type Output = usize;
 
     #[inline(always)]
     fn call(self) -> usize {
-        let Self { rows, spans, axis, edges } = self;
+        let Self { crossed, edges } = self;
         let mut count = 0;
-        for z in 0..BRICK {
-            for y in 0..BRICK {
-                let word = match axis {
-                    Axis::X => spans.along_x(rows, z, y),
-                    Axis::Y => spans.along_y(rows, z, y),
-                    Axis::Z => spans.along_z(rows, z, y),
-                };
-                for x in Bits(word) {
-                    edges[count & (BRICK * BRICK * BRICK - 1)] = (z * 256 + y * 16 + x) as u16;
-                    count += 1;
+        for (w, &word) in crossed.as_flattened().iter().enumerate() {
+            let mut rest = word;
+            let Some(room) = edges[count..].first_chunk_mut::<WRITTEN>() else { break };
+            for node in room {
+                *node = (64 * w) as u16 + (rest.trailing_zeros() & 63) as u16;
+                rest &= rest.wrapping_sub(1);
+            }
+            if rest != 0 {
+                for (node, bit) in edges[count + WRITTEN..].iter_mut().zip(Bits(rest)) {
+                    *node = (64 * w + bit) as u16;
                 }
             }
+            count += word.count_ones() as usize;
         }
         count
     }
@@ -304,7 +309,7 @@ impl NullaryFnOnce for Listing<'_> {
 pub fn planes(block: &Block, spans: &Spans, lines: &BrickLines, out: &mut Vec<[f64; 3]>) {
     for z in 0..BRICK {
         for y in 0..BRICK {
-            for x in Bits(spans.planes(&block.rows, z, y)) {
+            for x in Bits(u64::from(spans.planes(&block.rows, z, y))) {
                 out.push([lines.placed[0][x], lines.placed[1][y], lines.placed[2][z]]);
             }
         }
@@ -336,6 +341,11 @@ struct Lanes {
     /// Ends of the bracket: where the field is below zero, and where it is not.
     inner: [f64; BATCH],
     outer: [f64; BATCH],
+    /// Values at the ends of the edge that the bracket began with.
+    least: [f64; BATCH],
+    most: [f64; BATCH],
+    /// Half the second derivative near the root, over the slope; magnitude.
+    curvature: [f64; BATCH],
     /// Where to evaluate next; the root of a settled lane.
     at: [f64; BATCH],
     /// Length of the last step.
@@ -356,6 +366,9 @@ impl Default for Lanes {
             place: [0; BATCH],
             inner: zero,
             outer: zero,
+            least: zero,
+            most: zero,
+            curvature: zero,
             at: zero,
             step: zero,
             length: zero,
@@ -379,25 +392,29 @@ impl Lanes {
     ) -> Result<&[f64], Failure> {
         let rounding = ROUNDING * extent;
         let mut n = nodes.len();
-        self.nodes[..n].copy_from_slice(nodes);
-        for (lane, place) in self.place[..n].iter_mut().enumerate() {
-            *place = lane as u16;
-        }
         ask.begin(nodes)?;
         let Query { sampler, workspace, .. } = ask;
         sampler.line_ends(workspace, End::Lower, &mut self.value[..n])?;
         sampler.line_ends(workspace, End::Upper, &mut self.slope[..n])?;
-        for (lane, node) in nodes.iter().enumerate() {
-            let i = position(*node)[ask.axis.index()];
-            (self.inner[lane], self.outer[lane]) = (table[i], table[i + 1]);
+        let shift = 4 * ask.axis.index();
+        let edges = nodes.iter().zip(&mut self.inner).zip(&mut self.outer);
+        for ((node, lower), upper) in edges {
+            let i = usize::from(node >> shift) % BRICK;
+            (*lower, *upper) = (table[i], table[i + 1]);
         }
         arch.dispatch(Task { lanes: self, n, rounding, stage: Stage::Start });
-        for _ in 0..GLIDES {
-            self.evaluate(ask, n)?;
-            arch.dispatch(Task { lanes: self, n, rounding, stage: Stage::Glide });
-        }
+        self.evaluate(ask, n)?;
+        arch.dispatch(Task { lanes: self, n, rounding, stage: Stage::Bend });
         self.evaluate(ask, n)?;
         let mut open = arch.dispatch(Task { lanes: self, n, rounding, stage: Stage::Settle });
+        if open == 0 {
+            return Ok(&self.at[..n]);
+        }
+        self.nodes[..n].copy_from_slice(nodes);
+        for (lane, place) in self.place[..n].iter_mut().enumerate() {
+            *place = lane as u16;
+        }
+        open = arch.dispatch(Task { lanes: self, n, rounding, stage: Stage::Advance });
         for _ in 0..MOST_ROUNDS {
             if open == 0 {
                 break;
@@ -478,26 +495,57 @@ impl Lanes {
             let guess = if within { guess } else { middle };
             self.inner[lane] = inner;
             self.outer[lane] = outer;
+            self.least[lane] = least;
+            self.most[lane] = most;
             self.at[lane] = if most == 0.0 { outer } else { guess };
             self.step[lane] = upper - lower;
             self.length[lane] = upper - lower;
         }
     }
 
-    /// Takes a Newton step in each lane, no further than the ends of its edge.
+    /// Takes each lane to the root of the cubic that has the values at both ends of its edge, and
+    /// the value f and the slope s at the guess; no further than the ends of its edge.
+    ///
+    /// The cubic is f + s d + g d², d being the distance from the guess and g linear along the
+    /// edge; the values at the ends give g there. Its root is d = -(f / s) / (1 + e), where
+    /// e = d g / s: small where the grid resolves the field, so that two rounds of putting d in and
+    /// three terms of the series leave nothing. The cubic misses the field by its fourth
+    /// derivative, times d², times both distances to the ends, over 24: of a wave of N edges the
+    /// root is off by some 50 N^-5 edges.
     #[inline(always)]
-    fn glide(&mut self, n: usize) {
+    fn bend(&mut self, n: usize) {
         for lane in 0..n.min(BATCH) {
             let (a, b) = (self.inner[lane], self.outer[lane]);
+            let (at, value, slope) = (self.at[lane], self.value[lane], self.slope[lane]);
+            let (to_a, to_b) = (a - at, b - at);
+            let (per_slope, per_gap) = (1.0 / slope, 1.0 / (to_a * to_b));
+            let rise = |end: f64, to_end: f64| (end - value) - slope * to_end;
+            let (at_a, at_b) = (to_b * per_gap, to_a * per_gap);
+            let g_a = rise(self.least[lane], to_a) * (at_a * at_a);
+            let g_b = rise(self.most[lane], to_b) * (at_b * at_b);
+            let change = (g_b - g_a) * (1.0 / (b - a));
+            let here = g_a - change * to_a;
+            let straight = -(value * per_slope);
+            let bent = |d: f64| (here + change * d) * per_slope * d;
+            let e = bent(straight);
+            let e = bent(straight * (1.0 - e));
+            let next = at + straight * ((1.0 - e) + e * e);
+            // Where an end is the guess there is no cubic.
+            let newton = at + straight;
+            let next = if next.abs() < f64::INFINITY { next } else { newton };
             let (lower, upper) = if a < b { (a, b) } else { (b, a) };
-            let next = self.at[lane] - self.value[lane] / self.slope[lane];
             let next = if next > lower { next } else { lower };
             self.at[lane] = if next < upper { next } else { upper };
+            self.curvature[lane] = (here * per_slope).abs();
         }
     }
 
-    /// Closes the lanes whose next Newton step is below the tolerance, takes that step, and
-    /// returns how many lanes are open.
+    /// Closes the lanes whose next Newton step ends within the tolerance of the root, takes that
+    /// step, and returns how many lanes are open.
+    ///
+    /// A step of length s, taken where the curvature is c, ends about c s² from the root. That is
+    /// believed of steps below [`LAST_STEP`] only: longer ones say that the cubic, and with it the
+    /// curvature, was wrong.
     #[inline(always)]
     fn settle(&mut self, n: usize, rounding: f64) -> usize {
         let mut open = 0;
@@ -506,8 +554,11 @@ impl Lanes {
             let newton = at - self.value[lane] / self.slope[lane];
             let between = (newton - self.inner[lane]) * (newton - self.outer[lane]) <= 0.0;
             let finite = self.slope[lane].abs() < f64::INFINITY;
-            let small = (newton - at).abs() <= tolerance(self.length[lane], rounding);
-            let settled = between & finite & small;
+            let (step, length) = ((newton - at).abs(), self.length[lane]);
+            let tolerance = tolerance(length, rounding);
+            let ends_there = (step <= LAST_STEP * length)
+                & (4.0 * self.curvature[lane] * (step * step) <= tolerance);
+            let settled = between & finite & ((step <= tolerance) | ends_there);
             self.at[lane] = if settled { newton } else { at };
             self.open[lane] = if settled { 0 } else { u64::MAX };
             open += usize::from(!settled);
@@ -525,8 +576,7 @@ impl Lanes {
             let inner = if inside { at } else { self.inner[lane] };
             let outer = if inside { self.outer[lane] } else { at };
             let length = self.length[lane];
-            let tolerance =
-                if TOLERANCE * length > rounding { TOLERANCE * length } else { rounding };
+            let tolerance = tolerance(length, rounding);
 
             // An infinite slope makes a step of zero, which would be taken for a root.
             let step = if self.slope[lane].abs() < f64::INFINITY {
@@ -590,7 +640,7 @@ fn tolerance(length: f64, rounding: f64) -> f64 {
 #[derive(Clone, Copy)]
 enum Stage {
     Start,
-    Glide,
+    Bend,
     Settle,
     Advance,
 }
@@ -614,8 +664,8 @@ impl NullaryFnOnce for Task<'_> {
                 lanes.start(n);
                 n
             }
-            Stage::Glide => {
-                lanes.glide(n);
+            Stage::Bend => {
+                lanes.bend(n);
                 n
             }
             Stage::Settle => lanes.settle(n, rounding),

@@ -63,6 +63,8 @@ pub const POSITIONS: usize = 27;
 pub struct Tables {
     /// Cases of cells between nodes, by inside corners.
     pub cell: [Case; 256],
+    /// Loops of crossings of a case beyond the first.
+    pub more_loops: [u8; 256],
     caps: Box<[[Case; 256]; POSITIONS]>,
 }
 
@@ -85,7 +87,8 @@ pub static TABLES: LazyLock<Tables> = LazyLock::new(|| {
             *entry = capped(&cell[case], case, position);
         }
     }
-    Tables { cell, caps }
+    let more_loops = std::array::from_fn(|case| loops(case as u8).len().saturating_sub(1) as u8);
+    Tables { cell, more_loops, caps }
 });
 
 /// Corners of the faces, counter-clockwise seen from outside the cell.

@@ -85,12 +85,15 @@ impl Nodes {
         let (a, ahead) = (axis.index(), self.ahead[axis.index()]);
         // A power of two, so that no lane needs a test.
         let mut row = [0.0; 2 * ROW];
-        row[..ROW].copy_from_slice(&tiles.tile(axis, self.brick[a])[table * ROW..][..ROW]);
-        if ahead > 0 {
-            row[ROW] = tiles.tile(axis, self.brick[a] + 1)[table * ROW];
+        let tile = &tiles.tile(axis, self.brick[a])[table * ROW..][..ROW];
+        if ahead == 0 {
+            row[..ROW].copy_from_slice(tile);
+        } else {
+            row[..ROW - 1].copy_from_slice(&tile[1..]);
+            row[ROW - 1] = tiles.tile(axis, self.brick[a] + 1)[table * ROW];
         }
         for (out, place) in out.iter_mut().zip(&self.places[a]) {
-            *out = row[usize::from(place + ahead) % (2 * ROW)];
+            *out = row[usize::from(*place) % (2 * ROW)];
         }
     }
 }
