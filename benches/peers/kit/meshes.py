@@ -3,6 +3,7 @@
 import random
 import struct
 from array import array
+from heapq import nsmallest
 
 # Share of a mesh's vertices that lose their triangles to holes, in five places.
 HOLES, PLACES = 0.004, 5
@@ -65,8 +66,7 @@ def opened(vertices, triangles):
     count, gone = int(HOLES * len(vertices) / PLACES), set()
     for place in range(PLACES):
         centre = vertices[(2 * place + 1) * len(vertices) // (2 * PLACES)]
-        near = sorted(range(len(vertices)), key=lambda i: square(vertices[i], centre))
-        gone.update(near[:count])
+        gone.update(nsmallest(count, range(len(vertices)), key=lambda i: square(vertices[i], centre)))
     return vertices, [t for t in triangles if gone.isdisjoint(t)]
 
 
