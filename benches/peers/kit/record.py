@@ -32,10 +32,16 @@ def conditions(commit_of=ROOT):
     changed = " with uncommitted changes" if ask("git", "status", "--porcelain", "--", "src", "Cargo.toml") else ""
     return {
         "Machine": f"{first('/proc/cpuinfo', 'model name')}, {os.cpu_count()} processors, {memory:.0f} GiB, "
-        f"Linux {platform.release()}, {ask('rustc', '--version')}, Python {platform.python_version()}",
+        f"Linux {platform.release().split('-')[0]}, {ask('rustc', '--version')}, Python {platform.python_version()}",
         "Commit": (ask("git", "rev-parse", "--short=10", "HEAD") or "?") + changed,
-        "Load before": f"{os.getloadavg()[0]:.1f}",
     }
+
+
+def load(before, after):
+    """How busy the machine was, in words."""
+    text = f"{before:.1f} before, {after:.1f} after, our own runs included"
+    busy = "; **the machine was busy**: times are upper bounds, walls above all; ratios suffer less"
+    return text + (busy if min(before, after) > 0.75 * os.cpu_count() else "")
 
 
 def best(item, results):

@@ -21,9 +21,8 @@ def distance(path, points, sign):
         raise SystemExit("free points have signs by normals only")
     at = places(points, vertices)
     cloud = mrmeshnumpy.pointCloudFromPoints(at).points
-    mesh.getAABBTree()
     ask = lambda: mrmeshpy.findSignedDistances(mesh, cloud)
-    query(len(at), ask, lambda found: [found.vec[i] for i in range(len(at))])
+    query(len(at), mesh.getAABBTree, ask, lambda found: [found.vec[i] for i in range(len(at))])
 
 
 def grid(mesh, vertices, side, sign):
@@ -37,7 +36,7 @@ def grid(mesh, vertices, side, sign):
     modes = mrmeshpy.SignDetectionMode
     wanted.dist.signMode = {"winding": modes.HoleWindingRule, "normals": modes.ProjectionNormal}[sign]
     ask = lambda: mrmeshpy.meshToDistanceVolume(mesh, wanted)
-    query(side**3, ask, mrmeshnumpy.getNumpy3Darray)
+    query(side**3, mesh.getAABBTree, ask, mrmeshnumpy.getNumpy3Darray)
 
 
 def fill(path, cells, n, out):

@@ -34,8 +34,9 @@ def distance(mesh, points):
     vertices, triangles = read_ply(mesh)
     at = Tensor(places(points, vertices).astype(np.float32))
     asked = scene(vertices, triangles)
-    asked.compute_distance(at[:1])
-    query(len(at), lambda: asked.compute_signed_distance(at).numpy())
+    # The first query builds the tree.
+    build = lambda: asked.compute_distance(at[:1])
+    query(len(at), build, lambda: asked.compute_signed_distance(at).numpy())
 
 
 def fill(mesh, cells, n, out):
