@@ -1,4 +1,5 @@
-//! The whole job: from program text to a PLY file on disk, 101 nodes a side, on one thread.
+//! The whole job: from program text to a PLY file on disk, 101 nodes a side, on one thread; and the
+//! evaluations of an optimizer, which changes a parameter of a job that is compiled.
 #![allow(clippy::unwrap_used)]
 
 mod models;
@@ -22,6 +23,24 @@ fn main() {
             on_one_thread(|| bencher.iter(|| text_to_file(model)));
         });
     }
+    group.finish();
+    let mut group = criterion.benchmark_group("again");
+    let mut job = Job::parse_with("gyroid dilate t box", &[("t", 0.35)]).unwrap();
+    let settings = Settings::with_spacing(2.0 / 100.0);
+    let mut levels = [0.35, 0.3, 0.25, 0.2].into_iter().cycle();
+    let mut change = |job: &mut Job| job.set_parameter("t", levels.next().unwrap_or(0.0)).unwrap();
+    group.bench_function("totals", |bencher| {
+        bencher.iter(|| {
+            change(&mut job);
+            job.totals(&settings, &Progress::new()).unwrap().relative_density
+        });
+    });
+    group.bench_function("mesh", |bencher| {
+        bencher.iter(|| {
+            change(&mut job);
+            job.mesh(&settings).unwrap()
+        });
+    });
     group.finish();
     criterion.final_summary();
 }

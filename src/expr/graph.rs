@@ -8,7 +8,7 @@
 use super::oracle::Oracle;
 use super::{Binary, Extremum, Node, Output, Unary, simplify};
 use crate::geom::Axis;
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 use std::sync::Arc;
 
 /// A node of a [`Graph`], meaningful only with the graph that made it.
@@ -147,6 +147,24 @@ impl Graph {
     pub fn slot(&self, name: &str) -> Option<ParameterId> {
         let position = self.parameters.iter().position(|(known, _)| known == name)?;
         Some(ParameterId(position as u32))
+    }
+
+    /// The parameters that `roots` depend on, by slot.
+    #[must_use]
+    pub fn parameters_of(&self, roots: &[NodeId]) -> Vec<ParameterId> {
+        let (mut seen, mut slots) = (FxHashSet::default(), Vec::new());
+        let mut pending = roots.to_vec();
+        while let Some(id) = pending.pop() {
+            if seen.insert(id) {
+                let node = self.node(id);
+                if let Node::Parameter(slot) = node {
+                    slots.push(slot);
+                }
+                pending.extend_from_slice(&operands(&node));
+            }
+        }
+        slots.sort_unstable();
+        slots
     }
 
     /// Changes the value of the parameter in `slot`.

@@ -38,14 +38,47 @@ impl MeshNote {
     }
 }
 
+/// Which files a program may name.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Access {
+    /// Any, pipes and devices included.
+    #[default]
+    Everything,
+    /// Regular files only: reading ends, and takes nothing from another reader.
+    Regular,
+    /// None.
+    Nothing,
+}
+
+impl Access {
+    /// Refuses `path` unless it may be read.
+    fn check(self, path: &str) -> Result<(), Refusal> {
+        match self {
+            Self::Everything => Ok(()),
+            Self::Regular if std::fs::metadata(path).is_ok_and(|data| !data.is_file()) => {
+                Err(Refusal { cause: "it is not a regular file".to_owned() })
+            }
+            Self::Regular => Ok(()),
+            Self::Nothing => Err(Refusal { cause: "no files may be read here".to_owned() }),
+        }
+    }
+}
+
 /// Reads files of the file system, each mesh once.
 #[derive(Debug, Default)]
 pub struct Files {
+    access: Access,
     meshes: HashMap<String, Loaded>,
     notes: Vec<MeshNote>,
 }
 
 impl Files {
+    /// Reads the files that `access` allows.
+    #[must_use]
+    pub fn with(access: Access) -> Self {
+        Self { access, ..Self::default() }
+    }
+
     /// What is to be said about the meshes read, in the order of their reading.
     #[must_use]
     pub fn into_notes(self) -> Vec<MeshNote> {
@@ -55,6 +88,7 @@ impl Files {
 
 impl Loader for Files {
     fn text(&mut self, path: &str) -> Result<String, Refusal> {
+        self.access.check(path)?;
         let refuse = |cause: std::io::Error| Refusal { cause: cause.to_string() };
         let mut text = String::new();
         let file = File::open(path).map_err(refuse)?;
@@ -73,6 +107,7 @@ impl Loader for Files {
         if let Some(loaded) = self.meshes.get(path) {
             return Ok(loaded.clone());
         }
+        self.access.check(path)?;
         let (mesh, reading) = io::read_with(Path::new(path), &Progress::new())
             .map_err(|error| Refusal { cause: error.without_file() })?;
         let distance =

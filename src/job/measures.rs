@@ -1,10 +1,12 @@
 //! The numbers of a solid: volume, density, area, topology and quality, from its mesh.
 
-use super::{Error, Job, Report, Settings};
+use super::{Error, FieldOn, Job, Report, Settings};
+use crate::contour::Grid;
 use crate::mesh::check::{Check, check};
 use crate::mesh::measure::{self, measure};
 use crate::mesh::sink::Collect;
 use crate::num::Progress;
+use std::time::Duration;
 
 /// The numbers of a solid.
 #[derive(Clone, Debug, serde::Serialize)]
@@ -25,6 +27,19 @@ pub struct Measures {
     pub report: Report,
 }
 
+/// The numbers that optimizers ask for most.
+#[derive(Clone, Debug, serde::Serialize)]
+pub struct Totals {
+    /// Volume enclosed by the mesh.
+    pub volume: f64,
+    /// Area of the mesh.
+    pub area: f64,
+    /// Volume over that of the box that was contoured, 0 to 1.
+    pub relative_density: f64,
+    /// What contouring did.
+    pub report: Report,
+}
+
 impl Job {
     /// Meshes the solid in memory and measures it.
     ///
@@ -40,38 +55,59 @@ impl Job {
         let mesh = sink.into_mesh();
         let (check, measures) = (check(&mesh), measure(&mesh));
         drop(mesh);
-        let [lo, hi] = report.bounds;
-        let box_volume: f64 = (0..3).map(|a| hi[a] - lo[a]).product();
-        let envelope_volume = self.envelope_volume(settings, progress)?;
+        let envelope_volume = self.envelope_volume(&grid, settings, progress)?;
         Ok(Measures {
-            relative_density: measures.volume / box_volume,
+            relative_density: measures.volume / box_volume(&report),
             envelope_volume,
-            envelope_density: measures.volume / envelope_volume.unwrap_or(box_volume),
+            envelope_density: measures.volume / envelope_volume.unwrap_or(box_volume(&report)),
             mesh: measures,
             check,
             report,
         })
     }
 
+    /// Meshes the solid in memory and returns its volume, area and density: those of
+    /// [`measure`](Self::measure), in a fraction of its time.
+    ///
+    /// The walls of shells are not looked at: [`Report::walls`] is `None`.
+    ///
+    /// # Errors
+    /// Any [`Error`] but [`Error::Program`].
+    pub fn totals(&self, settings: &Settings, progress: &Progress) -> Result<Totals, Error> {
+        let grid = self.grid(settings)?;
+        let mut sink = Collect::reusing(self.spare.take());
+        let report = self.field_on(&grid).contour(settings, progress, &mut sink)?;
+        let mesh = sink.into_mesh();
+        let (volume, area) = measure::volume_and_area(&mesh);
+        self.spare.keep(mesh);
+        Ok(Totals { volume, area, relative_density: volume / box_volume(&report), report })
+    }
+
     /// Volume of the intersection of the bounded operands, on the same grid.
     fn envelope_volume(
         &self,
+        grid: &Grid,
         settings: &Settings,
         progress: &Progress,
     ) -> Result<Option<f64>, Error> {
-        let parameters = self.values();
-        let bounded: Vec<_> = (self.operands.iter())
-            .filter(|operand| operand.extent(&self.graph, &parameters).bounds.is_finite())
-            .collect();
-        if bounded.is_empty() || bounded.len() == self.operands.len() {
-            return Ok(None);
-        }
-        let mut graph = self.graph.clone();
-        let fields = bounded.iter().map(|operand| operand.field);
-        let Some(field) = fields.reduce(|a, b| graph.max(a, b)) else { return Ok(None) };
-        let mut sink = Collect::default();
-        let grid = self.grid(settings)?;
-        self.contour_graph(&graph, field, &grid, settings, progress, &mut sink)?;
-        Ok(Some(measure::volume(&sink.into_mesh())))
+        let values = self.values();
+        let found = self.envelope.envelope(&self.graph, &self.operands, &values);
+        let Some(envelope) = found else { return Ok(None) };
+        let measure = || {
+            let (graph, field, program) = (&envelope.graph, envelope.field, &envelope.program);
+            let values = values.clone();
+            let parsing = Duration::ZERO;
+            let mut sink = Collect::default();
+            FieldOn { graph, field, program, values, grid, parsing }
+                .contour(settings, progress, &mut sink)?;
+            Ok(measure::volume(&sink.into_mesh()))
+        };
+        envelope.volume(grid, &values, measure).map(Some)
     }
+}
+
+/// Volume of the box that was contoured.
+fn box_volume(report: &Report) -> f64 {
+    let [lo, hi] = report.bounds;
+    (0..3).map(|a| hi[a] - lo[a]).product()
 }

@@ -33,16 +33,17 @@
 //! # }
 //! ```
 
+mod kept;
 pub mod loader;
 mod measures;
 mod report;
 
-pub use loader::{Files, MeshNote};
-pub use measures::Measures;
+pub use loader::{Access, Files, MeshNote};
+pub use measures::{Measures, Totals};
 pub use report::Report;
 
 use crate::contour::{self, Grid, GridError};
-use crate::eval::{Engine, Program, ProgramError};
+use crate::eval::{Engine, ProgramError};
 use crate::expr::{Graph, NodeId};
 use crate::geom::{Aabb, Axis};
 use crate::lang::{self, Demand, Diagnostic, Rejected, Sources};
@@ -54,9 +55,13 @@ use crate::octree::Pruning;
 use crate::solid::Solid;
 use crate::vocabulary;
 use glam::DVec3;
-use std::time::Instant;
+use kept::{Kept, KeptEnvelope, Spare};
+use std::time::{Duration, Instant};
 
 /// A parsed program.
+///
+/// What is compiled for the first evaluation serves all later ones, whatever the values of the
+/// parameters, and is freed with the job.
 #[derive(Debug)]
 pub struct Job {
     graph: Graph,
@@ -66,7 +71,10 @@ pub struct Job {
     unused: Vec<String>,
     sources: Sources,
     meshes: Vec<MeshNote>,
-    parsing: std::time::Duration,
+    parsing: Duration,
+    program: Kept,
+    envelope: KeptEnvelope,
+    spare: Spare,
 }
 
 /// How a solid is contoured.
@@ -76,7 +84,8 @@ pub struct Settings {
     pub spacing: Spacing,
     /// The box to contour; that of the solid by default.
     pub bounds: Option<Aabb>,
-    /// What evaluates the field.
+    /// What evaluates the field. [`Engine::Automatic`] interprets a job's first evaluation if the
+    /// grid is too small to pay for compiling.
     pub engine: Engine,
     /// Which bricks are sampled; the mesh does not depend on it.
     pub pruning: Pruning,
@@ -168,8 +177,19 @@ impl Job {
     /// # Errors
     /// [`Error::Program`], as [`parse_with`](Self::parse_with).
     pub fn with_parameters(words: &[String], parameters: &[(String, f64)]) -> Result<Self, Error> {
+        Self::read(words, parameters, Files::default())
+    }
+
+    /// The job of a program's words and parameters, whose files are read from `files`.
+    ///
+    /// # Errors
+    /// [`Error::Program`], as [`parse_with`](Self::parse_with).
+    pub fn read(
+        words: &[String],
+        parameters: &[(String, f64)],
+        mut files: Files,
+    ) -> Result<Self, Error> {
         let start = Instant::now();
-        let mut files = Files::default();
         let program = lang::parse(words, &vocabulary::Words, &mut files, parameters)?;
         let unused = program.unused_parameters().into_iter().map(str::to_owned).collect();
         let lang::Program { items: _, graph, solid, operands, demands, sources } = program;
@@ -182,6 +202,9 @@ impl Job {
             sources,
             meshes: files.into_notes(),
             parsing: start.elapsed(),
+            program: Kept::default(),
+            envelope: KeptEnvelope::default(),
+            spare: Spare::default(),
         })
     }
 
@@ -303,7 +326,7 @@ impl Job {
     /// Any [`Error`] but [`Error::Program`].
     pub fn mesh(&self, settings: &Settings) -> Result<Mesh, Error> {
         let mut sink = Collect::default();
-        self.contour(&self.grid(settings)?, settings, &Progress::new(), &mut sink)?;
+        self.field_on(&self.grid(settings)?).contour(settings, &Progress::new(), &mut sink)?;
         Ok(sink.into_mesh())
     }
 
@@ -318,63 +341,66 @@ impl Job {
         progress: &Progress,
         sink: &mut dyn Sink,
     ) -> Result<Report, Error> {
+        let field = self.field_on(grid);
         if self.solid.walls.is_empty() {
-            return self.contour_graph(
-                &self.graph,
-                self.solid.field,
-                grid,
-                settings,
-                progress,
-                sink,
-            );
+            return field.contour(settings, progress, sink);
         }
         let mut sample = Sample::new(sink);
-        let mut report = self.contour_graph(
-            &self.graph,
-            self.solid.field,
-            grid,
-            settings,
-            progress,
-            &mut sample,
-        )?;
+        let mut report = field.contour(settings, progress, &mut sample)?;
         let positions = sample.into_positions();
         let mut graph = self.graph.clone();
-        let parameters = self.values();
+        let values = self.values();
         let spacing = longest_edge(grid);
         report.walls = (self.solid.walls.iter())
             .filter_map(|wall| {
                 let (level, half) = (wall.field, wall.half_thickness);
-                walls::walls(&mut graph, level, half, &parameters, &positions, spacing)
+                walls::walls(&mut graph, level, half, &values, &positions, spacing)
             })
             .reduce(walls::Walls::worse);
         Ok(report)
     }
 
-    fn contour_graph(
-        &self,
-        graph: &Graph,
-        field: NodeId,
-        grid: &Grid,
-        settings: &Settings,
-        progress: &Progress,
-        sink: &mut dyn Sink,
-    ) -> Result<Report, Error> {
-        let start = Instant::now();
-        let program = Program::new(graph, field, settings.engine)?;
-        let compiling = start.elapsed();
-        let bound = program.bind(Axis::ALL.map(|axis| grid.sampled(axis).to_vec()), &self.values());
-        let binding = start.elapsed() - compiling;
-        let chosen = contour::Settings { pruning: settings.pruning };
-        let contour = contour::contour(&bound, grid, &chosen, progress, sink)?;
-        if contour.triangles == 0 {
-            return Err(Error::Empty { cells: grid.cells() });
-        }
-        Ok(Report::new(grid, contour, self.parsing, compiling, binding))
+    /// The field of the solid on `grid`.
+    fn field_on<'a>(&'a self, grid: &'a Grid) -> FieldOn<'a> {
+        let Self { graph, solid, program, parsing, .. } = self;
+        let (field, values) = (solid.field, self.values());
+        FieldOn { graph, field, program, values, grid, parsing: *parsing }
     }
 
     /// The present values of the parameters, by slot.
     fn values(&self) -> Vec<f64> {
         self.graph.parameters().iter().map(|(_, value)| *value).collect()
+    }
+}
+
+/// A field with what it takes to contour it.
+struct FieldOn<'a> {
+    graph: &'a Graph,
+    field: NodeId,
+    program: &'a Kept,
+    values: Vec<f64>,
+    grid: &'a Grid,
+    parsing: Duration,
+}
+
+impl FieldOn<'_> {
+    fn contour(
+        &self,
+        settings: &Settings,
+        progress: &Progress,
+        sink: &mut dyn Sink,
+    ) -> Result<Report, Error> {
+        let start = Instant::now();
+        let program = self.program.program(self.graph, self.field, settings.engine, self.grid)?;
+        let compiling = start.elapsed();
+        let bound = program.bind(self.grid.tables(), &self.values);
+        let binding = start.elapsed() - compiling;
+        let chosen = contour::Settings { pruning: settings.pruning };
+        let contour = contour::contour(&bound, self.grid, &chosen, progress, sink)?;
+        if contour.triangles == 0 {
+            return Err(Error::Empty { cells: self.grid.cells() });
+        }
+        Ok(Report::new(self.grid, contour, self.parsing, compiling, binding))
     }
 }
 

@@ -9,8 +9,7 @@ use super::names::{self, CONSTANTS, Function};
 use super::syntax::{Equation, Item, Operation, Term};
 use super::word::normalized;
 use super::{Argument, Diagnostic, Rejected, Shape, Sources, Span, Vocabulary};
-use crate::expr::graph::operands;
-use crate::expr::{Graph, Node, NodeId};
+use crate::expr::{Graph, NodeId};
 use crate::solid::Values;
 use rustc_hash::FxHashSet;
 
@@ -213,11 +212,11 @@ impl Demand {
         let message = format!("{prefix}the `{}` of `{word}` {objection}", argument.name);
         let value: Vec<_> = present.iter().map(f64::to_string).collect();
         let mut label = format!("is {}", value.join(","));
-        let slots = parameters_of(graph, components);
-        let named: Vec<_> = (slots.into_iter())
+        let slots = graph.parameters_of(components).into_iter();
+        let named: Vec<_> = slots
             .filter_map(|slot| {
-                let (name, _) = graph.parameters().get(slot)?;
-                Some(format!("`{name}` is {}", values.get(slot)?))
+                let (name, _) = graph.parameters().get(slot.index())?;
+                Some(format!("`{name}` is {}", values.get(slot.index())?))
             })
             .collect();
         if !named.is_empty() {
@@ -225,21 +224,4 @@ impl Demand {
         }
         Some(Diagnostic::new(message).at(*span, label))
     }
-}
-
-/// The slots of the parameters that `roots` depend on, in order.
-fn parameters_of(graph: &Graph, roots: &[NodeId]) -> Vec<usize> {
-    let mut seen: FxHashSet<NodeId> = FxHashSet::default();
-    let (mut pending, mut slots) = (roots.to_vec(), Vec::new());
-    while let Some(id) = pending.pop() {
-        if seen.insert(id) {
-            let node = graph.node(id);
-            if let Node::Parameter(slot) = node {
-                slots.push(slot.index());
-            }
-            pending.extend_from_slice(&operands(&node));
-        }
-    }
-    slots.sort_unstable();
-    slots
 }

@@ -2,7 +2,7 @@
 
 use super::Mesh;
 use std::io;
-use std::sync::Mutex;
+use std::sync::{Mutex, PoisonError};
 
 /// A receiver of a mesh whose size is known before its pieces, which come from many threads.
 ///
@@ -31,36 +31,65 @@ pub trait Sink: Sync {
 /// A sink that keeps the mesh in memory.
 #[derive(Debug, Default)]
 pub struct Collect {
-    mesh: Mutex<Mesh>,
+    // A lock each, so that one thread may bring vertices while another brings triangles.
+    positions: Mutex<Vec<[f64; 3]>>,
+    triangles: Mutex<Vec<[u32; 3]>>,
 }
 
 impl Collect {
+    /// A sink that uses the memory of `mesh`, whose contents are lost.
+    ///
+    /// Memory from the system costs more to touch for the first time than a mesh to copy.
+    #[must_use]
+    pub fn reusing(mesh: Mesh) -> Self {
+        let Mesh { positions, triangles } = mesh;
+        Self { positions: Mutex::new(positions), triangles: Mutex::new(triangles) }
+    }
+
     /// The mesh received.
     #[must_use]
     pub fn into_mesh(self) -> Mesh {
-        self.mesh.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner)
+        let Self { positions, triangles } = self;
+        Mesh {
+            positions: positions.into_inner().unwrap_or_else(PoisonError::into_inner),
+            triangles: triangles.into_inner().unwrap_or_else(PoisonError::into_inner),
+        }
     }
 }
 
 impl Sink for Collect {
     fn begin(&mut self, vertices: u64, triangles: u64) -> io::Result<()> {
-        let too_large =
-            |_| io::Error::new(io::ErrorKind::OutOfMemory, "the mesh does not fit in memory");
-        let mesh = self.mesh.get_mut().unwrap_or_else(std::sync::PoisonError::into_inner);
-        mesh.positions = vec![[0.0; 3]; usize::try_from(vertices).map_err(too_large)?];
-        mesh.triangles = vec![[0; 3]; usize::try_from(triangles).map_err(too_large)?];
-        Ok(())
+        resize(&mut self.positions, vertices, [0.0; 3])?;
+        resize(&mut self.triangles, triangles, [0; 3])
     }
 
     fn vertices(&self, first: u64, positions: &[[f64; 3]]) -> io::Result<()> {
-        let mut mesh = self.mesh.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-        mesh.positions[first as usize..][..positions.len()].copy_from_slice(positions);
+        put(&self.positions, first, positions);
         Ok(())
     }
 
     fn triangles(&self, first: u64, corners: &[[u32; 3]]) -> io::Result<()> {
-        let mut mesh = self.mesh.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-        mesh.triangles[first as usize..][..corners.len()].copy_from_slice(corners);
+        put(&self.triangles, first, corners);
         Ok(())
     }
+}
+
+/// Gives `list` the length `length`; what it holds does not matter.
+fn resize<T: Copy>(list: &mut Mutex<Vec<T>>, length: u64, filler: T) -> io::Result<()> {
+    let too_large =
+        |_| io::Error::new(io::ErrorKind::OutOfMemory, "the mesh does not fit in memory");
+    let length = usize::try_from(length).map_err(too_large)?;
+    let list = list.get_mut().unwrap_or_else(PoisonError::into_inner);
+    if list.capacity() >= length {
+        list.resize(length, filler);
+    } else {
+        // New memory comes zeroed from the system and is touched where it is written.
+        *list = vec![filler; length];
+    }
+    Ok(())
+}
+
+fn put<T: Copy>(list: &Mutex<Vec<T>>, first: u64, items: &[T]) {
+    let mut list = list.lock().unwrap_or_else(PoisonError::into_inner);
+    list[first as usize..][..items.len()].copy_from_slice(items);
 }

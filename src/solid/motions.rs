@@ -162,6 +162,9 @@ fn plus(graph: &mut Graph, a: NodeId, op: Binary, b: NodeId) -> NodeId {
 }
 
 /// A constant entry of a rotation matrix, made -1, 0 or 1 if it is so but for rounding.
+///
+/// An entry that depends on parameters stays as it is: rounded, its derivative would vanish at
+/// quarter turns, where optimizers like to start. Such a turn is exact to rounding only.
 fn rounded(graph: &mut Graph, entry: NodeId) -> NodeId {
     match graph.as_constant(entry) {
         Some(value) if (value - value.round()).abs() < NEGLIGIBLE => graph.constant(value.round()),

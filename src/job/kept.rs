@@ -1,0 +1,135 @@
+//! What is kept from one evaluation to the next: compiled programs and what no parameter changes.
+
+use crate::contour::Grid;
+use crate::eval::{Engine, Program, ProgramError};
+use crate::expr::{Graph, NodeId, ParameterId};
+use crate::mesh::Mesh;
+use crate::solid::Solid;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// Bricks of a grid that are interpreted sooner than their field is compiled.
+///
+/// Both times grow with the operators of the field, so the number does not depend on them.
+const FEW_BRICKS: usize = 27;
+
+/// The program of one field, made when it is first asked for.
+///
+/// A first evaluation on few bricks is interpreted, since it may be the last; for the second the
+/// field is compiled. Parameter values are read when a program is bound, so it serves them all.
+/// Its code is freed with it.
+#[derive(Debug, Default)]
+pub(super) struct Kept(Mutex<Option<(Engine, Program)>>);
+
+impl Kept {
+    /// The program of `field`, which must be the same at every call.
+    pub(super) fn program(
+        &self,
+        graph: &Graph,
+        field: NodeId,
+        engine: Engine,
+        grid: &Grid,
+    ) -> Result<Program, ProgramError> {
+        // Not locked while compiling, which runs on threads that may be asked for the same.
+        let kept = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let previous = kept().clone();
+        if let Some((_, program)) = previous.as_ref().filter(|(made_for, _)| *made_for == engine) {
+            return Ok(program.clone());
+        }
+        let bricks = grid.bricks().iter().map(|&n| n as usize).product::<usize>();
+        let is_passing = previous.is_none() && engine == Engine::Automatic && bricks <= FEW_BRICKS;
+        let engine = if is_passing { Engine::Interpreter } else { engine };
+        let program = Program::new(graph, field, engine)?;
+        *kept() = Some((engine, program.clone()));
+        Ok(program)
+    }
+}
+
+/// Memory of a mesh that was measured, for the next.
+#[derive(Debug, Default)]
+pub(super) struct Spare(Mutex<Mesh>);
+
+impl Spare {
+    /// The largest memory that is kept, in bytes: a million triangles.
+    const MOST: usize = 32 << 20;
+
+    /// The memory kept, if any.
+    pub(super) fn take(&self) -> Mesh {
+        std::mem::take(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    /// Keeps the memory of `mesh`, unless it is large.
+    pub(super) fn keep(&self, mesh: Mesh) {
+        let (positions, triangles) = (&mesh.positions, &mesh.triangles);
+        if size_of_val(&positions[..]) + size_of_val(&triangles[..]) <= Self::MOST {
+            *self.0.lock().unwrap_or_else(PoisonError::into_inner) = mesh;
+        }
+    }
+}
+
+/// The envelope of a solid, made when it is first asked for.
+#[derive(Debug, Default)]
+pub(super) struct KeptEnvelope(Mutex<Option<Arc<Envelope>>>);
+
+impl KeptEnvelope {
+    /// The intersection of those of `operands` that are bounded where parameter `i` is `values[i]`;
+    /// `None` if there are none, or all are.
+    pub(super) fn envelope(
+        &self,
+        graph: &Graph,
+        operands: &[Solid],
+        values: &[f64],
+    ) -> Option<Arc<Envelope>> {
+        let is_bounded = |operand: &Solid| operand.extent(graph, values).bounds.is_finite();
+        let bounded: Vec<bool> = operands.iter().map(is_bounded).collect();
+        let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(envelope) = kept.as_ref().filter(|envelope| envelope.bounded == bounded) {
+            return Some(Arc::clone(envelope));
+        }
+        if bounded.iter().all(|&is| is) {
+            return None;
+        }
+        let mut graph = graph.clone();
+        let chosen = operands.iter().zip(&bounded).filter(|(_, is)| **is);
+        let field = chosen.map(|(o, _)| o.field).reduce(|a, b| graph.max(a, b))?;
+        let parameters = graph.parameters_of(&[field]);
+        let (program, measured) = (Kept::default(), Mutex::default());
+        let envelope = Envelope { bounded, graph, field, program, parameters, measured };
+        Some(Arc::clone(kept.insert(Arc::new(envelope))))
+    }
+}
+
+/// The intersection of the bounded operands of a solid.
+#[derive(Debug)]
+pub(super) struct Envelope {
+    /// Which of the operands these are.
+    bounded: Vec<bool>,
+    pub(super) graph: Graph,
+    pub(super) field: NodeId,
+    pub(super) program: Kept,
+    /// The parameters that its field depends on.
+    parameters: Vec<ParameterId>,
+    /// Grid, parameter values and volume of the last measurement.
+    measured: Mutex<Option<(Grid, Vec<f64>, f64)>>,
+}
+
+impl Envelope {
+    /// The volume on `grid` for these parameter values, from `measure` where it is not known.
+    pub(super) fn volume<E>(
+        &self,
+        grid: &Grid,
+        values: &[f64],
+        measure: impl FnOnce() -> Result<f64, E>,
+    ) -> Result<f64, E> {
+        let own: Vec<f64> = self.parameters.iter().map(|slot| values[slot.index()]).collect();
+        // Not locked while measuring, which runs on threads that may be asked for the same.
+        let measured = || self.measured.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((known_grid, known_values, volume)) = measured().as_ref()
+            && (known_grid, known_values) == (grid, &own)
+        {
+            return Ok(*volume);
+        }
+        let volume = measure()?;
+        *measured() = Some((grid.clone(), own, volume));
+        Ok(volume)
+    }
+}
