@@ -137,7 +137,7 @@ fn check_mesh(random: &mut Random, words: &[String]) {
         let found = check(&mesh);
         assert!(found.is_sound(), "{:?}", found.defects);
         let grid = job.grid(&settings).unwrap();
-        if !alveole::contour::needs_double(&grid) {
+        if grid.precision() == Precision::Single {
             let found = check(&single(&mesh));
             assert!(found.is_sound(), "in single precision: {:?}", found.defects);
         }

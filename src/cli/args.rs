@@ -25,6 +25,8 @@ pub(super) enum Command {
     Measure(MeasureArguments),
     /// Check and measure a mesh file
     Check(CheckArguments),
+    /// Answer requests on standard input, a line of JSON each, keeping programs compiled
+    Serve(ServeArguments),
     /// Print a completion script for a shell
     #[command(hide = true)]
     Completions {
@@ -52,7 +54,10 @@ impl Programmed for Alveole {
         match &self.command {
             Command::Mesh(arguments) => &arguments.work.program,
             Command::Measure(arguments) => &arguments.work.program,
-            Command::List(_) | Command::Check(_) | Command::Completions { .. } => &[],
+            Command::List(_)
+            | Command::Check(_)
+            | Command::Serve(_)
+            | Command::Completions { .. } => &[],
         }
     }
 }
@@ -143,6 +148,17 @@ pub(super) struct CheckArguments {
     /// Print JSON instead of a table
     #[arg(long)]
     pub(super) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct ServeArguments {
+    /// Refuse requests whose grid has more cells [default: no limit]
+    #[arg(long, value_name = "N")]
+    pub(super) most_cells: Option<u64>,
+
+    /// Threads to use [default: all processors]; the results do not depend on it
+    #[arg(long, value_name = "N")]
+    pub(super) threads: Option<std::num::NonZeroUsize>,
 }
 
 /// How coordinates are stored in the file.

@@ -17,7 +17,7 @@ pub(super) fn run(name: &str, arguments: &MeasureArguments) -> Result<(), Troubl
     let progress = Progress::new();
     let measures = with_bar(&progress, !common.quiet, || job.measure(&settings, &progress))?;
     if !common.quiet {
-        report::remarks(name, &measures.report);
+        report::warn(name, &measures.report);
     }
     report::print(&if *json { super::stats::json(&measures) } else { table(&measures) });
     mesh::write_stats(common.stats.as_deref(), &measures.report, start)

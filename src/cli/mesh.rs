@@ -6,8 +6,8 @@ use super::output::Output;
 use super::report::{self, Trouble};
 use super::table::significant;
 use super::{stats, work};
-use crate::contour::{self, needs_double};
-use crate::job::{self, Report, Spacing, longest_edge};
+use crate::contour::{self, Grid};
+use crate::job::{self, Job, Report, Settings, Spacing, longest_edge};
 use crate::mesh::io::{self, FileSink, Format, Precision};
 use crate::mesh::sink::Collect;
 use crate::num::Progress;
@@ -28,27 +28,50 @@ pub(super) fn run(name: &str, arguments: &MeshArguments) -> Result<(), Trouble> 
             significant(longest_edge(&grid))
         ));
     }
-    let precision = match precision {
-        Some(PrecisionArgument::Single) => Precision::Single,
-        Some(PrecisionArgument::Double) => Precision::Double,
-        None if needs_double(&grid) => Precision::Double,
-        None => Precision::Single,
-    };
-    let output = Output::open(output)?;
+    let precision = precision.map(|precision| match precision {
+        PrecisionArgument::Single => Precision::Single,
+        PrecisionArgument::Double => Precision::Double,
+    });
+    let target = Target { path: output, format, precision };
     let progress = Progress::new();
-    let bar = !common.quiet;
+    let (_, report) =
+        with_bar(&progress, !common.quiet, || write(&job, &grid, &settings, &target, &progress))?;
+    if !common.quiet {
+        report::warn(name, &report);
+    }
+    write_stats(common.stats.as_deref(), &report, start)
+}
+
+/// A file to write a mesh to.
+pub(super) struct Target<'a> {
+    pub(super) path: &'a Path,
+    pub(super) format: Format,
+    /// The precision of coordinates; by default single where it is exact enough.
+    pub(super) precision: Option<Precision>,
+}
+
+/// Writes the mesh of `job` on `grid`; returns the precision of its coordinates, and what was done.
+pub(super) fn write(
+    job: &Job,
+    grid: &Grid,
+    settings: &Settings,
+    target: &Target<'_>,
+    progress: &Progress,
+) -> Result<(Precision, Report), Trouble> {
+    let Target { path, format, precision } = *target;
+    let precision = precision.unwrap_or_else(|| grid.precision());
+    let output = Output::open(path)?;
     let report = if output.is_seekable() {
         let file = output.file().try_clone().map_err(|error| output.failure(error))?;
         let mut sink = FileSink::new(file, format, precision)?;
-        let report =
-            with_bar(&progress, bar, || job.contour(&grid, &settings, &progress, &mut sink))
-                .map_err(|error| blame(error, &output))?;
+        let report = job
+            .contour(grid, settings, progress, &mut sink)
+            .map_err(|error| blame(error, &output))?;
         sink.finish().map_err(|error| output.refusal(error))?;
         report
     } else {
         let mut sink = Collect::default();
-        let report =
-            with_bar(&progress, bar, || job.contour(&grid, &settings, &progress, &mut sink))?;
+        let report = job.contour(grid, settings, progress, &mut sink)?;
         let mut out = BufWriter::with_capacity(1 << 20, output.file());
         io::write(&sink.into_mesh(), format, precision, &mut out)
             .map_err(|error| output.refusal(error))?;
@@ -56,10 +79,7 @@ pub(super) fn run(name: &str, arguments: &MeshArguments) -> Result<(), Trouble> 
         report
     };
     output.finish()?;
-    if !common.quiet {
-        report::remarks(name, &report);
-    }
-    write_stats(common.stats.as_deref(), &report, start)
+    Ok((precision, report))
 }
 
 /// Writes the statistics of a run, if they are wanted.
@@ -72,7 +92,7 @@ pub(super) fn write_stats(
 }
 
 /// The format of an output: by extension; PLY where there is none on what is no regular file.
-fn format(output: &Path) -> Result<Format, Trouble> {
+pub(super) fn format(output: &Path) -> Result<Format, Trouble> {
     let named = Format::from_path(output);
     let is_stream = output == Path::new("-")
         || std::fs::metadata(output).is_ok_and(|data| !data.is_file() && !data.is_dir());

@@ -13,6 +13,7 @@ mod measure;
 mod mesh;
 mod output;
 mod report;
+pub mod serve;
 mod stats;
 mod table;
 mod work;
@@ -29,7 +30,8 @@ use std::process::ExitCode;
 pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     let described = Alveole::command()
         .mut_subcommand("mesh", |mesh| mesh.after_long_help(list::summary()))
-        .mut_subcommand("measure", |measure| measure.after_long_help(list::summary()));
+        .mut_subcommand("measure", |measure| measure.after_long_help(list::summary()))
+        .mut_subcommand("serve", |serve| serve.after_long_help(serve::PROTOCOL));
     conclude(
         "alveole",
         parse(&described, arguments).and_then(|Alveole { command }| {
@@ -39,6 +41,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
                 Command::List(arguments) => list::run(&arguments),
                 Command::Measure(arguments) => measure::run("alveole measure", &arguments),
                 Command::Check(arguments) => check::run(&arguments),
+                Command::Serve(arguments) => serve::run(&arguments),
                 Command::Completions { shell } => list::completions(shell, &mut Alveole::command()),
             }
         }),

@@ -71,6 +71,9 @@ pub(super) enum Trouble {
     /// A mesh file could not be read.
     #[error(transparent)]
     Read(#[from] ReadError),
+    /// Requests could not be read.
+    #[error("cannot read standard input: {0}")]
+    Requests(std::io::Error),
     /// A mesh file was read and is not sound.
     #[error("the mesh has defects")]
     Defects,
@@ -140,7 +143,8 @@ pub(super) fn trouble(name: &str, trouble: &Trouble) -> ExitCode {
         | Trouble::Job(_)
         | Trouble::Output(_)
         | Trouble::Write(_)
-        | Trouble::Read(_) => say(&format!("{name}: {trouble}")),
+        | Trouble::Read(_)
+        | Trouble::Requests(_) => say(&format!("{name}: {trouble}")),
         Trouble::Defects => {}
     }
     ExitCode::from(code(trouble))
@@ -166,7 +170,11 @@ fn code(trouble: &Trouble) -> u8 {
             | job::Error::Contour(_)
             | job::Error::Empty { .. } => 1,
         },
-        Trouble::Output(_) | Trouble::Write(_) | Trouble::Read(_) | Trouble::Defects => 1,
+        Trouble::Output(_)
+        | Trouble::Write(_)
+        | Trouble::Read(_)
+        | Trouble::Requests(_)
+        | Trouble::Defects => 1,
     }
 }
 
@@ -188,22 +196,31 @@ pub(super) fn mesh_note(name: &str, note: &MeshNote) {
     }
 }
 
-/// Says what the user should know of a contouring: not-a-numbers and thin walls.
-pub(super) fn remarks(name: &str, report: &job::Report) {
+/// What the user should know of a contouring: not-a-numbers and thin walls.
+pub(super) fn remarks(report: &job::Report) -> Vec<String> {
     let contour::Report { nans, .. } = report.contour;
+    let mut remarks = Vec::new();
     if nans > 0 {
-        say(&format!(
-            "{name}: warning: the field is not a number at {nans} grid nodes, which count as outside"
+        remarks.push(format!(
+            "the field is not a number at {nans} grid nodes, which count as outside"
         ));
     }
     if let Some(walls) = report.walls.filter(|walls| walls.thin_fraction > 0.0) {
-        say(&format!(
-            "{name}: warning: walls are as thin as {:.4}, and {:.1} % of their area is thinner than two grid \
+        remarks.push(format!(
+            "walls are as thin as {:.4}, and {:.1} % of their area is thinner than two grid \
              spacings ({:.4}): they may come out light or with holes; give a smaller spacing",
             walls.minimum,
             100.0 * walls.thin_fraction,
             walls.limit
         ));
+    }
+    remarks
+}
+
+/// Says what the user should know of a contouring.
+pub(super) fn warn(name: &str, report: &job::Report) {
+    for remark in remarks(report) {
+        say(&format!("{name}: warning: {remark}"));
     }
 }
 
@@ -223,7 +240,12 @@ fn explain(name: &str, title: &str, diagnostic: &Diagnostic, sources: &Sources) 
 }
 
 /// The diagnostic as text: the title, the lines concerned with carets below, the cure.
-fn picture(title: &str, diagnostic: &Diagnostic, sources: &Sources, renderer: &Renderer) -> String {
+pub(super) fn picture(
+    title: &str,
+    diagnostic: &Diagnostic,
+    sources: &Sources,
+    renderer: &Renderer,
+) -> String {
     let Diagnostic { message: _, labels, cure, .. } = diagnostic;
     let mut group = Level::ERROR
         .primary_title(title)

@@ -7,6 +7,7 @@ use crate::job::{Job, Settings, Spacing};
 use crate::lang;
 use crate::vocabulary::Words;
 use glam::DVec3;
+use std::num::NonZeroUsize;
 
 /// A job and how to do it.
 pub(super) struct Work {
@@ -18,10 +19,7 @@ pub(super) struct Work {
 pub(super) fn prepare(name: &str, arguments: &WorkArguments) -> Result<Work, Trouble> {
     let WorkArguments { spacing, bounds, parameters, threads, quiet, stats: _, program } =
         arguments;
-    if let Some(threads) = threads {
-        // Fails only where a pool exists already; then its threads serve.
-        let _ = rayon::ThreadPoolBuilder::new().num_threads(threads.get()).build_global();
-    }
+    use_threads(*threads);
     let defined = lang::parameters::define(parameters, &Words).map_err(Trouble::Number)?;
     let read = |text| read_spacing(text, &defined);
     let chosen = spacing.as_deref().map_or(Ok(Spacing::Hundredth), read)?;
@@ -41,6 +39,14 @@ pub(super) fn prepare(name: &str, arguments: &WorkArguments) -> Result<Work, Tro
     }
     let settings = Settings { spacing: chosen, bounds: box_to_contour, ..Settings::default() };
     Ok(Work { job, settings })
+}
+
+/// Uses so many threads from now on; all processors by default.
+pub(super) fn use_threads(threads: Option<NonZeroUsize>) {
+    if let Some(threads) = threads {
+        // Fails only where a pool exists already; then its threads serve.
+        let _ = rayon::ThreadPoolBuilder::new().num_threads(threads.get()).build_global();
+    }
 }
 
 /// Whether the value of an option uses the parameter `name`; in a definition, right of its `=`.

@@ -17,6 +17,7 @@
 
 use crate::eval::BRICK;
 use crate::geom::{Aabb, Axis};
+use crate::mesh::io::Precision;
 use glam::DVec3;
 
 /// How far inside the outer planes the field is sampled, in spacings.
@@ -154,23 +155,21 @@ impl Grid {
         self.lines.iter().flat_map(|line| &line.placed).fold(0.0, |most, u| u.abs().max(most))
     }
 
+    /// The least precision in which no triangle of a mesh of this grid loses its area.
+    ///
+    /// Vertices keep [`TAU`] edge lengths from the nodes that matter. Rounding is monotone, so they
+    /// stay on their edges of the rounded grid as long as that distance is at least an ulp of the
+    /// largest coordinate; [`Precision::to_resolve`] asks for four.
+    #[must_use]
+    pub fn precision(&self) -> Precision {
+        Precision::to_resolve(TAU * self.shortest_edge(), self.extent())
+    }
+
     /// Length of the shortest edge.
     #[must_use]
     pub fn shortest_edge(&self) -> f64 {
         self.lines.iter().map(|line| line.shortest).fold(f64::INFINITY, f64::min)
     }
-}
-
-/// Whether single precision is too coarse for meshes of this grid.
-///
-/// Vertices keep [`TAU`] edge lengths from the nodes that matter. Rounding is monotone, so they
-/// stay on their edges of the rounded grid and no triangle loses its area as long as that distance
-/// is at least an ulp of the largest coordinate; four are asked for.
-#[must_use]
-pub fn needs_double(grid: &Grid) -> bool {
-    let extent = grid.extent() as f32;
-    let ulp = f64::from(extent.next_up()) - f64::from(extent);
-    !extent.is_finite() || TAU * grid.shortest_edge() < 4.0 * ulp
 }
 
 fn line(axis: Axis, lo: f64, hi: f64, spacing: f64) -> Result<Line, GridError> {
@@ -266,7 +265,8 @@ mod tests {
 
     #[test]
     fn single_precision_serves_until_tau_is_four_ulps() {
-        assert!(!needs_double(&cube(-1.0, 1.0, 2.0 / 400.0).unwrap()));
-        assert!(needs_double(&cube(999.0, 1001.0, 2.0 / 400.0).unwrap()));
+        let precision = |lo, hi| cube(lo, hi, 2.0 / 400.0).unwrap().precision();
+        assert_eq!(precision(-1.0, 1.0), Precision::Single);
+        assert_eq!(precision(999.0, 1001.0), Precision::Double);
     }
 }

@@ -5,7 +5,7 @@
 //!
 //! * The mesh is closed, oriented, edge-manifold and vertex-manifold, and cut flat by the grid's
 //!   outer planes ([`tables`] has the proof).
-//! * No triangle has zero area, in double precision or, unless [`needs_double`] says so, in single.
+//! * No triangle has zero area, in double precision or, where [`Grid::precision`] says so, in single.
 //! * Vertices are roots of the field on grid edges to rounding (`place`), but within
 //!   [`grid::TAU`] of a node with several crossed edges.
 //! * The bytes handed to the sink depend on neither the number of threads nor on what the octree
@@ -26,7 +26,7 @@ mod testing;
 #[cfg(test)]
 mod tests;
 
-pub use grid::{Grid, GridError, needs_double};
+pub use grid::{Grid, GridError};
 
 use crate::eval::Sampler;
 use crate::eval::sampler::Failure;

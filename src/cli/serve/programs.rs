@@ -1,0 +1,144 @@
+//! The programs of late requests, parsed and compiled.
+
+use super::reply::ErrorReply;
+use crate::job::{Access, Files, Job};
+use std::collections::BTreeMap;
+use std::fs;
+use std::time::SystemTime;
+
+/// Programs that are kept.
+const KEPT: usize = 32;
+
+/// The programs that were asked for last, by their words and names of parameters.
+#[derive(Debug)]
+pub(super) struct Programs {
+    access: Access,
+    /// The latest is last.
+    kept: Vec<Entry>,
+}
+
+#[derive(Debug)]
+struct Entry {
+    words: Vec<String>,
+    names: Vec<String>,
+    /// The files that it was made of, as they were.
+    files: Vec<(String, Option<Stamp>)>,
+    job: Job,
+}
+
+/// By what a change of a file is noticed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Stamp {
+    length: u64,
+    modified: Option<SystemTime>,
+}
+
+impl Programs {
+    /// No programs; those to come may read what `access` allows.
+    pub(super) fn new(access: Access) -> Self {
+        Self { access, kept: Vec::new() }
+    }
+
+    /// The job of these words, with these values of its parameters.
+    pub(super) fn job(
+        &mut self,
+        words: &[String],
+        parameters: &BTreeMap<String, f64>,
+    ) -> Result<&Job, ErrorReply> {
+        let is_it =
+            |entry: &Entry| entry.words == words && entry.names.iter().eq(parameters.keys());
+        let found = self.kept.iter().position(is_it).map(|place| self.kept.remove(place));
+        let entry = match found.filter(Entry::is_fresh) {
+            Some(mut entry) => {
+                let changes: Vec<_> =
+                    parameters.iter().map(|(name, value)| (name.as_str(), *value)).collect();
+                let changed = entry.job.set_parameters(&changes);
+                if let Err(error) = changed {
+                    self.kept.push(entry);
+                    return Err(error.into());
+                }
+                entry
+            }
+            None => self.entry(words, parameters)?,
+        };
+        if self.kept.len() >= KEPT {
+            self.kept.remove(0);
+        }
+        self.kept.push(entry);
+        Ok(&self.kept[self.kept.len() - 1].job)
+    }
+
+    fn entry(
+        &self,
+        words: &[String],
+        parameters: &BTreeMap<String, f64>,
+    ) -> Result<Entry, ErrorReply> {
+        let given: Vec<_> = parameters.iter().map(|(name, value)| (name.clone(), *value)).collect();
+        let job = Job::read(words, &given, Files::with(self.access))?;
+        let texts = job.sources().all().iter().filter_map(|source| source.file.clone());
+        let meshes = job.meshes().iter().map(|note| note.path.clone());
+        let files = texts.chain(meshes).map(|file| (file.clone(), stamp(&file))).collect();
+        Ok(Entry { words: words.to_vec(), names: parameters.keys().cloned().collect(), files, job })
+    }
+}
+
+impl Entry {
+    /// Whether its files are still what they were.
+    fn is_fresh(&self) -> bool {
+        self.files.iter().all(|(file, known)| known.is_some() && stamp(file) == *known)
+    }
+}
+
+fn stamp(file: &str) -> Option<Stamp> {
+    let data = fs::metadata(file).ok()?;
+    Some(Stamp { length: data.len(), modified: data.modified().ok() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parameters(value: f64) -> BTreeMap<String, f64> {
+        BTreeMap::from([("t".to_owned(), value)])
+    }
+
+    #[test]
+    fn a_program_is_kept_while_it_is_among_the_last() {
+        let mut programs = Programs::new(Access::Nothing);
+        let words = |i: usize| vec!["box".to_owned(), "dilate".to_owned(), format!("t+{i}")];
+        for i in 0..2 * KEPT {
+            let job = programs.job(&words(i), &parameters(0.5)).unwrap();
+            assert_eq!(job.bounds().unwrap().hi.x, 1.5 + i as f64);
+            programs.job(&words(0), &parameters(0.25)).unwrap();
+        }
+        assert_eq!(programs.kept.len(), KEPT);
+        let kept = |programs: &Programs, i| programs.kept.iter().any(|e| e.words == words(i));
+        assert!(kept(&programs, 0) && kept(&programs, 2 * KEPT - 1) && !kept(&programs, 1));
+    }
+
+    #[test]
+    fn other_names_make_another_program_and_refused_values_keep_it() {
+        let mut programs = Programs::new(Access::Nothing);
+        let words = ["box", "scale", "t"].map(str::to_owned);
+        programs.job(&words, &parameters(2.0)).unwrap();
+        assert!(programs.job(&words, &parameters(0.0)).is_err());
+        assert!(programs.job(&words, &BTreeMap::new()).is_err());
+        assert_eq!(programs.kept.len(), 1);
+        let more = BTreeMap::from([("t".to_owned(), 3.0), ("u".to_owned(), 0.0)]);
+        assert_eq!(programs.job(&words, &more).unwrap().unused_parameters(), ["u"]);
+        assert_eq!(programs.kept.len(), 2);
+    }
+
+    #[test]
+    fn a_changed_file_is_read_again() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("program");
+        let words = [format!("@{}", file.display())];
+        let mut programs = Programs::new(Access::Regular);
+        let mut reach = || programs.job(&words, &BTreeMap::new()).unwrap().bounds().unwrap().hi.x;
+        fs::write(&file, "box").unwrap();
+        assert_eq!((reach(), reach()), (1.0, 1.0));
+        fs::write(&file, "box scale 2").unwrap();
+        assert_eq!(reach(), 2.0);
+    }
+}
