@@ -219,6 +219,32 @@ fn wrong_parameters_are_explained_and_exit_with_2() {
 }
 
 #[test]
+fn what_is_not_a_number_is_outside_in_every_combination() {
+    let measured = |program: &[&str]| {
+        let folder = tempfile::tempdir().unwrap();
+        let arguments = [&["measure", "-q", "--json", "-s", "0.02"], program].concat();
+        let output = run(ALVEOLE, folder.path(), &arguments);
+        assert!(output.status.success(), "{program:?}: {}", stderr(&output));
+        let found: serde_json::Value = serde_json::from_str(&stdout(&output)).unwrap();
+        found["volume"].as_f64().unwrap()
+    };
+    // {0 <= x < 1/4} of the box: 1. The border to where it is not a number lies somewhere in a cell.
+    let cell = 4.0 * 0.02;
+    for order in [["sqrt(x)-1/2", "box"], ["box", "sqrt(x)-1/2"]] {
+        let volume = measured(&order);
+        assert!((1.0 - 1e-9..1.0 + cell + 1e-9).contains(&volume), "{order:?}: {volume}");
+    }
+    let rest = measured(&["box", "sqrt(x)-1/2", "difference"]);
+    assert!((7.0 - cell - 1e-9..7.0 + 1e-9).contains(&rest), "{rest}");
+    let rest = measured(&["box", "sqrt(x)-1/2", "complement"]);
+    assert!((7.0 - cell - 1e-9..7.0 + 1e-9).contains(&rest), "{rest}");
+    for order in [["sqrt(x)-1/2", "sphere"], ["sphere", "sqrt(x)-1/2"]] {
+        let joined = measured(&["--bounds", "-1,-1,-1,1,1,1", order[0], order[1], "union"]);
+        assert!(joined > 4.18 && joined < 5.2, "{order:?}: {joined}");
+    }
+}
+
+#[test]
 fn an_unused_parameter_is_worth_a_warning() {
     let warned = |arguments: &[&str]| {
         let folder = tempfile::tempdir().unwrap();

@@ -6,6 +6,7 @@
 //! constants.
 
 pub mod constant;
+pub mod defined;
 pub mod depends;
 pub mod derive;
 pub mod graph;

@@ -352,6 +352,11 @@ fn without_negation(graph: &mut Graph, op: Binary, a: NodeId, b: NodeId) -> Opti
     Some(graph.neg(value))
 }
 
+/// Whether the value is never negative nor -0.0, as far as a few operators tell; it may be NaN.
+pub(super) fn is_never_negative(graph: &Graph, id: NodeId) -> bool {
+    is_nonnegative(graph, id, SIGN_DEPTH)
+}
+
 /// Whether the value is never negative nor -0.0, as seen within `depth` operators; it may be NaN.
 fn is_nonnegative(graph: &Graph, id: NodeId, depth: usize) -> bool {
     use Binary::{Add, Div, Hypot, Max, Min, Mul};

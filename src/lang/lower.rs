@@ -10,6 +10,7 @@ use super::syntax::{Equation, Item, Operation, Value};
 use super::{
     Action, Argument, Arguments, Demand, Diagnostic, Loaded, Loader, Span, Vocabulary, Word,
 };
+use crate::expr::defined::is_always_defined;
 use crate::expr::{Graph, NodeId, Output};
 use crate::solid::Solid;
 use rustc_hash::FxHashMap;
@@ -44,7 +45,8 @@ pub fn run(
         .collect();
     let values = parameters.iter().map(|(_, value)| *value).collect();
     let meshes = FxHashMap::default();
-    let mut machine = Machine { graph, loader, nodes, values, meshes, demands: Vec::new() };
+    let (demands, alone) = (Vec::new(), items.len() == 1);
+    let mut machine = Machine { graph, loader, nodes, values, meshes, demands, alone };
     let mut stack: Vec<Solid> = Vec::new();
     let mut faults = Vec::new();
     for item in items {
@@ -87,6 +89,8 @@ struct Machine<'a> {
     values: Vec<f64>,
     meshes: FxHashMap<String, Loaded>,
     demands: Vec<Demand>,
+    /// Whether the program has but one item.
+    alone: bool,
 }
 
 impl Machine<'_> {
@@ -100,7 +104,13 @@ impl Machine<'_> {
         match &item.operation {
             Operation::Mesh(path) => self.mesh(path, item.span),
             Operation::Equation(equation) => {
-                let field = self.expression(equation);
+                let mut field = self.expression(equation);
+                // Set operations know only more and less, so there what is not a number must be
+                // far outside. On its own it is outside anyway, and can be counted.
+                if !self.alone && !is_always_defined(self.graph, field) {
+                    let outside = self.graph.constant(f64::INFINITY);
+                    field = self.graph.min(field, outside);
+                }
                 Ok(Solid::unbounded(self.graph, field))
             }
             Operation::Word { name, values } => {
