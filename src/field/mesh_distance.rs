@@ -9,19 +9,19 @@
 //! What this is not: where bodies overlap, the faces inside of the union still count, so that the
 //! magnitude is too small there; the sign is right.
 
+use super::order::{serpentine, sorted};
 use super::report::Report;
-use super::search::{Faces, Place, Search};
+use super::search::{Faces, MARKS, Search};
 use super::sides::{Cells, Sides};
 use super::sign::Side;
 use super::surface::{Surface, Unusable};
-use super::tile::{POINTS, Shape, Tile};
-use super::triangle::closest;
 use crate::expr::{Failure, Oracle, Queries};
 use crate::geom::Aabb;
 use crate::mesh::Mesh;
 use crate::num::Interval;
 use glam::DVec3;
 use pulp::{Simd, WithSimd};
+use std::cell::RefCell;
 use std::fmt;
 
 /// Bound on the rounding error of a value, in units of the distance plus the size of the mesh:
@@ -47,10 +47,14 @@ impl fmt::Debug for MeshDistance {
     }
 }
 
+thread_local! {
+    /// Scratch memory, kept from one run of queries to the next. Never changes an answer.
+    static SEARCH: RefCell<Search> = RefCell::default();
+}
+
 /// Scratch memory of a run of queries. Never changes an answer.
-#[derive(Default)]
-struct Memory {
-    search: Search,
+struct Memory<'a> {
+    search: &'a mut Search,
     cells: Cells,
 }
 
@@ -95,74 +99,36 @@ impl MeshDistance {
     }
 
     #[inline(always)]
-    fn answer(&self, point: DVec3, memory: &mut Memory) -> Answer {
+    fn answer(&self, point: DVec3, way: Option<usize>, memory: &mut Memory<'_>) -> Answer {
         let Some(place) = self.faces.place(point) else {
             return remote(point, self.faces.tree.frame().middle);
         };
-        let face = self.faces.nearest(place, &mut memory.search).number as usize;
-        self.resolve(point, place, face, &mut memory.cells)
-    }
-
-    /// The answer at a point whose nearest face is `face`.
-    #[inline(always)]
-    fn resolve(&self, point: DVec3, place: Place, face: usize, cells: &mut Cells) -> Answer {
-        let normal = self.sides.normal(face);
-        let closest = closest(place.scaled, &self.faces.surface.corners(face), normal);
-        let distance = closest.offset.length();
+        let nearest = match way {
+            Some(way) => self.faces.nearest_on(way, place, memory.search),
+            None => self.faces.nearest(place, memory.search),
+        };
+        let offset = nearest.closest.offset;
+        let distance = offset.length();
         let side = if distance == 0.0 || !self.bounds.contains(point) {
             Side::Outside
         } else {
-            self.sides.side(&self.faces, place, (face, &closest, distance), cells)
+            self.sides.side(&self.faces, place, (&nearest, distance), &mut memory.cells)
         };
         let gradient = if distance > TOUCHING {
-            side.sign() * closest.offset / distance
+            side.sign() * offset / distance
         } else {
-            normal.unwrap_or(DVec3::ZERO)
+            self.faces.normal(nearest.face).unwrap_or(DVec3::ZERO)
         };
         // Division by a power of two is exact.
         Answer { value: side.sign() * (distance / self.faces.tree.frame().scale), gradient }
     }
 
-    /// Values at the nodes of a grid, x fastest, tile by tile.
-    #[inline(always)]
-    fn fill_brick(&self, at: [&[f64]; 3], value: &mut [f64]) {
-        let grid = at.map(<[f64]>::len);
-        if grid.contains(&0) {
-            return;
-        }
-        let shape = Shape::of(grid);
-        let (slots, count) = shape.slots();
-        let mut memory = Memory::default();
-        let mut tile = Tile::default();
-        let mut places = Vec::with_capacity(POINTS);
-        let tiles = [0, 1, 2].map(|axis| grid[axis].div_ceil(shape.sides[axis]));
-        for number in 0..tiles.iter().product() {
-            let first = [
-                number % tiles[0] * shape.sides[0],
-                number / tiles[0] % tiles[1] * shape.sides[1],
-                number / (tiles[0] * tiles[1]) * shape.sides[2],
-            ];
-            let node = |slot: usize| [0, 1, 2].map(|axis| first[axis] + slots[slot][axis]);
-            let in_grid = |node: [usize; 3]| (0..3).all(|axis| node[axis] < grid[axis]);
-            let point =
-                |node: [usize; 3]| DVec3::new(at[0][node[0]], at[1][node[1]], at[2][node[2]]);
-            let nodes = || (0..count).map(node).filter(|node| in_grid(*node));
-            places.clear();
-            places.extend(nodes().map_while(|node| self.faces.place(point(node))));
-            let near = places.len() == nodes().count();
-            if near {
-                tile.search(&self.faces, &places, &mut memory.search);
-            }
-            for (slot, node) in nodes().enumerate() {
-                let point = point(node);
-                let answer = if near {
-                    self.resolve(point, places[slot], tile.face(slot), &mut memory.cells)
-                } else {
-                    self.answer(point, &mut memory)
-                };
-                value[(node[2] * grid[1] + node[1]) * grid[0] + node[0]] = answer.value;
-            }
-        }
+    /// Answers for points.
+    fn answer_all(&self, queries: Queries<'_>) {
+        SEARCH.with_borrow_mut(|search| {
+            let memory = Memory { search, cells: Cells::default() };
+            pulp::Arch::new().dispatch(Points { field: self, queries, memory });
+        });
     }
 
     /// An enclosure of the values in the box with corners `lo` and `hi`, which are finite.
@@ -171,10 +137,7 @@ impl MeshDistance {
         let radius = (hi - middle).max(middle - lo).length();
         let mut value = [0.0];
         let at = [&[middle.x][..], &[middle.y], &[middle.z]];
-        pulp::Arch::new().dispatch(Points {
-            field: self,
-            queries: Queries { at, value: &mut value, gradient: None },
-        });
+        self.answer_all(Queries { at, value: &mut value, gradient: None });
         let [value] = value;
         let scale = self.faces.tree.frame().scale;
         let margin = radius + ROUNDING * (value.abs() + radius + 2.0 / scale);
@@ -221,6 +184,7 @@ fn remote(point: DVec3, middle: DVec3) -> Answer {
 struct Points<'f, 'q> {
     field: &'f MeshDistance,
     queries: Queries<'q>,
+    memory: Memory<'q>,
 }
 
 impl WithSimd for Points<'_, '_> {
@@ -228,11 +192,17 @@ impl WithSimd for Points<'_, '_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Queries { at: [x, y, z], value, mut gradient } = self.queries;
-        let mut memory = Memory::default();
-        for (i, value) in value.iter_mut().enumerate() {
-            let answer = self.field.answer(DVec3::new(x[i], y[i], z[i]), &mut memory);
-            *value = answer.value;
+        let Self { field, queries, mut memory } = self;
+        let Queries { at: [x, y, z], value, mut gradient } = queries;
+        let point = |i: usize| DVec3::new(x[i], y[i], z[i]);
+        let frame = field.faces.tree.frame();
+        let order = sorted(value.len(), |i| frame.local(point(i)));
+        // Who asks for gradients in small batches looks for roots, a lane for each.
+        let roots = gradient.is_some() && value.len() <= MARKS;
+        for turn in 0..value.len() {
+            let i = order.get(turn).map_or(turn, |i| *i as usize);
+            let answer = field.answer(point(i), roots.then_some(i), &mut memory);
+            value[i] = answer.value;
             if let Some(rows) = &mut gradient {
                 for (row, partial) in rows.iter_mut().zip(answer.gradient.to_array()) {
                     row[i] = partial;
@@ -247,6 +217,7 @@ struct Brick<'f, 'q> {
     field: &'f MeshDistance,
     at: [&'q [f64]; 3],
     value: &'q mut [f64],
+    memory: Memory<'q>,
 }
 
 impl WithSimd for Brick<'_, '_> {
@@ -254,7 +225,11 @@ impl WithSimd for Brick<'_, '_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        self.field.fill_brick(self.at, self.value);
+        let Self { field, at: [x, y, z], value, mut memory } = self;
+        for [i, j, k] in serpentine([x.len(), y.len(), z.len()]) {
+            let point = DVec3::new(x[i], y[j], z[k]);
+            value[(k * y.len() + j) * x.len() + i] = field.answer(point, None, &mut memory).value;
+        }
     }
 }
 
@@ -264,12 +239,15 @@ impl Oracle for MeshDistance {
     }
 
     fn points(&self, queries: Queries<'_>) -> Result<(), Failure> {
-        pulp::Arch::new().dispatch(Points { field: self, queries });
+        self.answer_all(queries);
         Ok(())
     }
 
     fn brick(&self, at: [&[f64]; 3], value: &mut [f64]) -> Result<(), Failure> {
-        pulp::Arch::new().dispatch(Brick { field: self, at, value });
+        SEARCH.with_borrow_mut(|search| {
+            let memory = Memory { search, cells: Cells::default() };
+            pulp::Arch::new().dispatch(Brick { field: self, at, value, memory });
+        });
         Ok(())
     }
 
@@ -299,7 +277,7 @@ impl Oracle for MeshDistance {
 mod tests {
     use super::super::report::SignMethod;
     use super::super::samples::{Uniform, both, cube, mapped, sphere};
-    use super::super::triangle::{Nearest, unit_normal};
+    use super::super::triangle::{closest, unit_normal};
     use super::*;
 
     fn value(field: &MeshDistance, p: DVec3) -> f64 {
@@ -413,14 +391,15 @@ mod tests {
         let mut search = Search::default();
         for i in 0..300 {
             let p = random.point(-0.5, 1.5) * if i % 5 == 0 { 1e5 } else { 1.0 };
-            let mut brute = Nearest::NONE;
-            for packet in &field.faces.packets {
-                packet.improve((p * scale).to_array(), &mut brute);
-            }
-            let found = field.faces.nearest(field.faces.place(p).unwrap(), &mut search);
-            assert_eq!(found, brute);
-            let corners = field.faces.surface.corners(found.number as usize);
-            let exact = closest(p * scale, &corners, unit_normal(corners)).offset.length() / scale;
+            let place = field.faces.place(p).unwrap();
+            let squared = |face: usize| {
+                let corners = field.faces.surface.corners(face);
+                closest(place.scaled, &corners, unit_normal(corners)).offset.length_squared()
+            };
+            let brute = (0..1200).min_by(|a, b| squared(*a).total_cmp(&squared(*b))).unwrap();
+            let found = field.faces.nearest(place, &mut search);
+            assert_eq!((found.face, squared(found.face)), (brute, squared(brute)), "{p}");
+            let exact = found.closest.offset.length() / scale;
             assert_eq!(value(&field, p).abs(), exact);
         }
     }

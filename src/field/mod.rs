@@ -1,6 +1,7 @@
 //! Oracles: fields that no formula gives, such as the distance to a mesh.
 
 pub mod mesh_distance;
+pub mod order;
 pub mod orientation;
 pub mod report;
 pub mod rim;
@@ -10,7 +11,6 @@ pub mod search;
 pub mod sides;
 pub mod sign;
 pub mod surface;
-pub mod tile;
 pub mod triangle;
 pub mod winding;
 

@@ -1,14 +1,21 @@
 //! The face nearest to a point.
 //!
-//! The nearest face is the least by (squared distance, number), an order without ties: whatever is
-//! tried first, whatever is skipped, the answer at a point has the same bits.
+//! The nearest face is the least by (squared distance, number), an order without ties, where the
+//! distance is that of [`closest`]. Single precision finds the few faces that may be it, whatever
+//! the order of the search, and [`closest`] decides among them: whatever is tried first, whatever
+//! is skipped, the answer at a point has the same bits.
+//!
+//! Points that follow lines towards a root come back again and again, nearer each time. A search
+//! may leave a [`Mark`]: all faces that can be the nearest somewhere within a small radius. The next
+//! search within it looks at these alone.
 
 use super::surface::Surface;
-use super::triangle::{Nearest, Packet};
-use crate::geom::bvh::{REMOTE, Stack, Visitor, reach};
-use crate::geom::{Aabb, Bvh};
+use super::triangle::{Closest, Packet, closest, doubtful, unit_normal};
+use crate::geom::Bvh;
+use crate::geom::bvh::{LEAF, REMOTE, Stack, Visitor};
 use glam::DVec3;
 use rayon::prelude::*;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// The faces of a surface, ready for searching.
 #[derive(Clone, Debug)]
@@ -17,10 +24,32 @@ pub struct Faces {
     pub surface: Surface,
     /// A tree over the faces.
     pub tree: Bvh,
+    /// Unit normals; zero for faces without area.
+    normals: Vec<DVec3>,
     /// The faces of the tree's leaves.
-    pub packets: Vec<Packet>,
+    packets: Vec<Packet>,
     /// The tree's middle, scaled.
     middle: DVec3,
+    /// Size of a face.
+    grain: f32,
+    identity: u64,
+}
+
+/// The faces that can be the nearest within a radius of a place, of one surface.
+#[derive(Clone, Copy, Debug)]
+struct Mark {
+    surface: u64,
+    at: DVec3,
+    /// Squared.
+    radius: f64,
+    leaf: u32,
+    count: usize,
+    faces: [u32; MARKED],
+}
+
+impl Mark {
+    const NONE: Self =
+        Self { surface: 0, at: DVec3::ZERO, radius: 0.0, leaf: 0, count: 0, faces: [0; MARKED] };
 }
 
 /// A point in the coordinates of the search.
@@ -32,30 +61,74 @@ pub struct Place {
     pub local: DVec3,
 }
 
+/// Faces that may be the nearest, at most this many before they are looked into.
+const CANDIDATES: usize = 128;
+/// Most faces of a mark.
+const MARKED: usize = 8;
+/// Marks that are kept.
+pub const MARKS: usize = 256;
+/// Radius of a mark at most, in units of the distance from the surface: enough for Newton's method,
+/// whose next step is about that.
+const STRIDE: f32 = 1.25;
+/// Radius of a mark at most, in sizes of a face. At a distance of d faces, one within r faces
+/// takes in those within a distance of 2 sqrt(d r) of the foot; this keeps them few.
+const NEAR: f32 = 0.125;
+
+/// Numbers surfaces, so that marks are not taken for those of another one.
+static SURFACES: AtomicU64 = AtomicU64::new(1);
+
 /// Scratch memory of a run of searches. Never changes an answer.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Search {
-    /// Pending nodes.
-    pub stack: Stack,
-    /// The leaf with the last answer: a good first guess.
-    pub leaf: usize,
+    stack: Stack,
+    /// The leaf with the last answer: a good first guess, for any surface.
+    leaf: usize,
+    squared: [f32; CANDIDATES],
+    face: [u32; CANDIDATES],
+    leaf_of: [u32; CANDIDATES],
+    marks: Box<[Mark; MARKS]>,
+}
+
+impl Default for Search {
+    fn default() -> Self {
+        Self {
+            stack: Stack::default(),
+            leaf: 0,
+            squared: [0.0; CANDIDATES],
+            face: [0; CANDIDATES],
+            leaf_of: [0; CANDIDATES],
+            marks: Box::new([Mark::NONE; MARKS]),
+        }
+    }
+}
+
+/// A face and its point closest to a place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Nearest {
+    /// Number of the face.
+    pub face: usize,
+    /// The closest point, in the coordinates of the search.
+    pub closest: Closest,
 }
 
 impl Faces {
     /// Prepares `surface`, which has faces.
     #[must_use]
     pub fn new(mut surface: Surface) -> Self {
-        let boxes: Vec<Aabb> = (0..surface.triangles.len())
-            .into_par_iter()
-            .map(|face| Aabb::around(surface.corners(face)))
-            .collect();
-        let tree = Bvh::build(&boxes);
-        let scale = tree.frame().scale;
-        surface.positions.par_iter_mut().for_each(|position| *position *= scale);
-        let corners = |face: u32| surface.corners(face as usize);
+        let tree = Bvh::build(surface.triangles.len(), |face| surface.corners(face));
+        let frame = tree.frame();
+        let corners = |face: u32| surface.corners(face as usize).map(|corner| frame.local(corner));
         let packets = tree.leaves().par_iter().map(|faces| Packet::new(faces, corners)).collect();
-        let middle = tree.frame().middle * scale;
-        Self { surface, tree, packets, middle }
+        surface.positions.par_iter_mut().for_each(|position| *position *= frame.scale);
+        let normals = (0..surface.triangles.len())
+            .into_par_iter()
+            .map(|face| unit_normal(surface.corners(face)).unwrap_or(DVec3::ZERO))
+            .collect();
+        let middle = frame.middle * frame.scale;
+        let area: f64 = surface.faces().map(|[a, b, c]| 0.5 * (b - a).cross(c - a).length()).sum();
+        let grain = (area / surface.triangles.len() as f64).sqrt() as f32;
+        let identity = SURFACES.fetch_add(1, Ordering::Relaxed);
+        Self { surface, tree, normals, packets, middle, grain, identity }
     }
 
     /// The place of a point of the model; none if it is so far away that the surface is a point.
@@ -76,47 +149,206 @@ impl Faces {
         Place { scaled: local + self.middle, local }
     }
 
+    /// The unit normal of a face, if it has area.
+    #[inline(always)]
+    #[must_use]
+    pub fn normal(&self, face: usize) -> Option<DVec3> {
+        let normal = self.normals[face];
+        (normal != DVec3::ZERO).then_some(normal)
+    }
+
     /// The face nearest to `place`.
     #[inline(always)]
     #[must_use]
     pub fn nearest(&self, place: Place, search: &mut Search) -> Nearest {
-        let at = place.local.to_array().map(|x| x as f32);
-        let mut attempt = Attempt {
-            packets: &self.packets,
-            point: place.scaled.to_array(),
-            nearest: Nearest::NONE,
-            first: search.leaf,
-            leaf: search.leaf,
-        };
-        self.packets[search.leaf].improve(attempt.point, &mut attempt.nearest);
-        let bound = reach(attempt.nearest.squared);
-        self.tree.nearest(at, &mut search.stack, bound, &mut attempt);
-        search.leaf = attempt.leaf;
-        attempt.nearest
+        self.look(place, search, None)
     }
+
+    /// The face nearest to `place`, which is the next on a way towards a root: one of [`MARKS`].
+    #[inline(always)]
+    #[must_use]
+    pub fn nearest_on(&self, way: usize, place: Place, search: &mut Search) -> Nearest {
+        let mark = &search.marks[way % MARKS];
+        if mark.surface == self.identity
+            && mark.at.distance_squared(place.local) <= mark.radius
+            && let Some(best) = self.best(place, &mark.faces[..mark.count], &[], None)
+        {
+            search.leaf = mark.leaf as usize;
+            return best.nearest;
+        }
+        self.look(place, search, Some(way % MARKS))
+    }
+
+    #[inline(always)]
+    fn look(&self, place: Place, search: &mut Search, way: Option<usize>) -> Nearest {
+        let Search { stack, leaf, squared, face, leaf_of, marks } = search;
+        let first = if *leaf < self.packets.len() { *leaf } else { 0 };
+        let mut attempt = Attempt {
+            faces: self,
+            place,
+            at: place.local.to_array().map(|x| x as f32),
+            least: f32::MAX,
+            bound: f32::MAX,
+            marking: way.is_some(),
+            count: 0,
+            squared,
+            face,
+            leaf_of,
+            first: usize::MAX,
+            best: None,
+        };
+        let bound = attempt.visit(first);
+        attempt.first = first;
+        self.tree.nearest(attempt.at, stack, bound, &mut attempt);
+        // No face has been dropped so far if none has been looked into.
+        let whole = attempt.best.is_none();
+        attempt.narrow();
+        let count = attempt.count;
+        if let Some(way) = way {
+            let mark = &mut marks[way];
+            mark.surface = 0;
+            if whole && count <= MARKED {
+                let radius = f64::from(attempt.radius());
+                mark.surface = self.identity;
+                mark.at = place.local;
+                // A little less for what single precision makes of it.
+                mark.radius = 0.999 * radius * radius;
+                mark.leaf = attempt.leaf_of[0];
+                mark.count = count;
+                mark.faces[..count].copy_from_slice(&attempt.face[..count]);
+            }
+            attempt.bound = doubtful(attempt.least, 0.0);
+        }
+        attempt.settle();
+        // There is a face, and every face is within the first bound.
+        let best = attempt.best.or_else(|| self.best(place, &[0], &[0], None));
+        let best = best.expect("a surface has faces, all of them within the first bound");
+        *leaf = best.leaf as usize;
+        best.nearest
+    }
+
+    /// The nearest of `faces`, from `leaves` if they are told, and of `best`.
+    #[inline(always)]
+    fn best(
+        &self,
+        place: Place,
+        faces: &[u32],
+        leaves: &[u32],
+        mut best: Option<Best>,
+    ) -> Option<Best> {
+        for (slot, face) in faces.iter().enumerate() {
+            let face = *face as usize;
+            let closest = closest(place.scaled, &self.surface.corners(face), self.normal(face));
+            let squared = closest.offset.length_squared();
+            // Nearer, or as near and of lower number: an order without ties, so that the order of
+            // the search does not show.
+            let precedes = best.as_ref().is_none_or(|best| {
+                squared < best.squared || (squared == best.squared && face < best.nearest.face)
+            });
+            if precedes {
+                let leaf = leaves.get(slot).copied().unwrap_or_default();
+                best = Some(Best { squared, nearest: Nearest { face, closest }, leaf });
+            }
+        }
+        best
+    }
+}
+
+/// The nearest face so far.
+#[derive(Clone, Copy)]
+struct Best {
+    squared: f64,
+    nearest: Nearest,
+    leaf: u32,
 }
 
 /// A search under way.
 struct Attempt<'a> {
-    packets: &'a [Packet],
-    point: [f64; 3],
-    nearest: Nearest,
+    faces: &'a Faces,
+    place: Place,
+    at: [f32; 3],
+    /// The least squared distance met, in single precision.
+    least: f32,
+    /// What it leaves in doubt.
+    bound: f32,
+    /// Whether faces are kept for a mark.
+    marking: bool,
+    /// Faces in doubt: their squared distances, numbers and leaves.
+    count: usize,
+    squared: &'a mut [f32; CANDIDATES],
+    face: &'a mut [u32; CANDIDATES],
+    leaf_of: &'a mut [u32; CANDIDATES],
     /// The leaf that was tried before the search.
     first: usize,
-    /// The leaf that holds the nearest face.
-    leaf: usize,
+    best: Option<Best>,
+}
+
+impl Attempt<'_> {
+    /// Radius of the mark to be left.
+    #[inline(always)]
+    fn radius(&self) -> f32 {
+        if !self.marking {
+            return 0.0;
+        }
+        let (distance, grain) = (self.least.sqrt(), self.faces.grain);
+        let flat = if distance > grain { grain / distance } else { 1.0 };
+        (STRIDE * distance).min(NEAR * grain * flat)
+    }
+
+    /// Drops faces that are no longer in doubt.
+    #[inline(always)]
+    fn narrow(&mut self) {
+        let mut kept = 0;
+        for i in 0..self.count {
+            let near = self.squared[i] <= self.bound;
+            self.squared[kept] = self.squared[i];
+            self.face[kept] = self.face[i];
+            self.leaf_of[kept] = self.leaf_of[i];
+            kept += usize::from(near);
+        }
+        self.count = kept;
+    }
+
+    /// Looks into the faces in doubt.
+    #[inline(always)]
+    fn settle(&mut self) {
+        self.narrow();
+        let (faces, leaves) = (&self.face[..self.count], &self.leaf_of[..self.count]);
+        self.best = self.faces.best(self.place, faces, leaves, self.best);
+        self.count = 0;
+    }
 }
 
 impl Visitor for Attempt<'_> {
     #[inline(always)]
     fn visit(&mut self, leaf: usize) -> f32 {
-        if leaf != self.first {
-            let before = self.nearest;
-            self.packets[leaf].improve(self.point, &mut self.nearest);
-            if self.nearest != before {
-                self.leaf = leaf;
+        if leaf == self.first {
+            return self.bound;
+        }
+        let packet = &self.faces.packets[leaf];
+        let squared = packet.squared_distances(self.at);
+        let least = squared.iter().fold(f32::MAX, |least, s| if *s < least { *s } else { least });
+        if least > self.bound {
+            return self.bound;
+        }
+        if least < self.least {
+            self.least = least;
+            self.bound = doubtful(least, self.radius());
+        }
+        if self.count > CANDIDATES - LEAF {
+            self.narrow();
+            if self.count > CANDIDATES - LEAF {
+                self.settle();
             }
         }
-        reach(self.nearest.squared)
+        for (lane, squared) in squared.into_iter().enumerate() {
+            // Written always and kept if in doubt: no branch to mispredict.
+            let slot = self.count & (CANDIDATES - 1);
+            self.squared[slot] = squared;
+            self.face[slot] = packet.numbers()[lane];
+            self.leaf_of[slot] = leaf as u32;
+            self.count += usize::from(squared <= self.bound);
+        }
+        self.bound
     }
 }

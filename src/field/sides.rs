@@ -4,6 +4,12 @@
 //! number agrees at many points; otherwise, and where the pseudonormal is too weak, the winding
 //! number decides: inside is where it exceeds one half.
 //!
+//! Where a surface is open but otherwise as good, the pseudonormal tells the winding number in most
+//! places, without summing it up: with its holes capped the number is 1 behind the nearest face and
+//! 0 before it, the caps take away no more than their solid angle at the closest point, and on the
+//! way to the point it changes no more than [`Rim`] says. Where that leaves no doubt which side of
+//! one half it is on, it need not be computed.
+//!
 //! A winding number is seldom computed at the point itself: in a ball without faces it changes so
 //! little ([`Rim`]) that one number in the middle of a cell of a dyadic grid settles the whole
 //! cell. Cell and number follow from the point and its distance alone, so remembering them from
@@ -11,9 +17,8 @@
 
 use super::report::{Reason, SignMethod};
 use super::rim::Rim;
-use super::search::{Faces, Place, Search};
+use super::search::{Faces, Nearest, Place, Search};
 use super::sign::{Pseudonormals, Side};
-use super::triangle::{Closest, closest};
 use super::winding::{ERROR, Winding};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -35,7 +40,8 @@ const COMPARABLE: f64 = 1e-9;
 /// The sides of a surface.
 #[derive(Clone, Debug)]
 pub struct Sides {
-    normals: Pseudonormals,
+    /// Where they are to be trusted.
+    normals: Option<Pseudonormals>,
     winding: Winding,
     rim: Rim,
     method: SignMethod,
@@ -50,7 +56,7 @@ impl Sides {
     pub fn new(faces: &Faces) -> (Self, Reason) {
         let edges = &faces.surface.edges;
         let mut sides = Self {
-            normals: Pseudonormals::of_faces(&faces.surface),
+            normals: None,
             winding: Winding::new(&faces.surface, &faces.tree),
             rim: Rim::new(&faces.surface),
             method: SignMethod::WindingNumbers,
@@ -59,12 +65,15 @@ impl Sides {
             Reason::OneSided { edges: edges.inconsistent }
         } else if edges.crowded > 0 {
             Reason::Crowded { edges: edges.crowded }
-        } else if edges.open > 0 {
-            Reason::Open { edges: edges.open }
         } else {
-            sides.normals = sides.normals.completed(&faces.surface);
-            let (wrong, points) = sides.contradictions(faces);
+            let normals = Pseudonormals::new(faces);
+            let (wrong, points) = sides.contradictions(faces, &normals);
             if wrong == 0 {
+                sides.normals = Some(normals);
+            }
+            if edges.open > 0 {
+                Reason::Open { edges: edges.open }
+            } else if wrong == 0 {
                 sides.method = SignMethod::Pseudonormals;
                 Reason::Clean { points }
             } else {
@@ -86,30 +95,37 @@ impl Sides {
         self.rim.is_empty()
     }
 
-    /// The unit normal of a face, if it has area.
-    #[inline(always)]
-    #[must_use]
-    pub fn normal(&self, face: usize) -> Option<DVec3> {
-        self.normals.face(face)
-    }
-
-    /// The side of `place`, whose closest point is `closest` on `face`, at `distance`.
+    /// The side of `place`, whose nearest face is `nearest`, at `distance`.
     #[inline(always)]
     #[must_use]
     pub fn side(
         &self,
         faces: &Faces,
         place: Place,
-        (face, closest, distance): (usize, &Closest, f64),
+        (nearest, distance): (&Nearest, f64),
         cells: &mut Cells,
     ) -> Side {
-        match self.method {
-            SignMethod::Pseudonormals => self
-                .normals
-                .side(face, faces.surface.triangles[face], closest)
-                .unwrap_or_else(|| self.wound(faces, place, distance, cells)),
-            SignMethod::WindingNumbers => self.wound(faces, place, distance, cells),
-        }
+        let by_normal = self
+            .normals
+            .as_ref()
+            .and_then(|normals| self.told(faces, normals, place, (nearest, distance)));
+        by_normal.unwrap_or_else(|| self.wound(faces, place, distance, cells))
+    }
+
+    /// The side of `place` by the pseudonormal, if that settles the winding number.
+    #[inline(always)]
+    fn told(
+        &self,
+        faces: &Faces,
+        normals: &Pseudonormals,
+        place: Place,
+        (nearest, distance): (&Nearest, f64),
+    ) -> Option<Side> {
+        let side = normals.side(faces, nearest)?;
+        let foot = place.scaled - nearest.closest.offset;
+        let settled = self.rim.is_empty()
+            || self.rim.shadow(foot) + self.rim.roughly(place.scaled, distance) < 0.5 - ERROR;
+        settled.then_some(side)
     }
 
     /// The side that all points within `radius` of `place` are on, if there is one and no face
@@ -143,7 +159,7 @@ impl Sides {
     }
 
     /// At how many points pseudonormals and winding numbers disagree, of how many.
-    fn contradictions(&self, faces: &Faces) -> (usize, usize) {
+    fn contradictions(&self, faces: &Faces, normals: &Pseudonormals) -> (usize, usize) {
         let count = faces.surface.triangles.len();
         let [near, anywhere] = COMPARED;
         let stride = count.div_ceil(near);
@@ -151,7 +167,7 @@ impl Sides {
         let beside = (0..count).step_by(stride).enumerate().map(|(i, face)| {
             let [a, b, c] = faces.surface.corners(face);
             let step = [1e-3, -1e-3, 1e-2, -1e-2, 0.05, -0.05][i % 6];
-            let normal = self.normals.face(face).unwrap_or(DVec3::ZERO);
+            let normal = faces.normal(face).unwrap_or(DVec3::ZERO);
             let scaled = a + ((b - a) + (c - a)) / 3.0 + step * normal;
             Place { scaled, local: scaled - faces.at_local(DVec3::ZERO).scaled }
         });
@@ -163,16 +179,15 @@ impl Sides {
             faces.at_local(2.0 * unit - 1.0)
         });
         let places: Vec<Place> = beside.chain(inner).collect();
-        let wrong = |place: &Place| {
-            let face = faces.nearest(*place, &mut Search::default()).number as usize;
-            let closest =
-                closest(place.scaled, &faces.surface.corners(face), self.normals.face(face));
-            let by_normal = self.normals.side(face, faces.surface.triangles[face], &closest);
-            let distance = closest.offset.length();
+        let wrong = |search: &mut Search, place: &Place| {
+            let nearest = faces.nearest(*place, search);
+            let distance = nearest.closest.offset.length();
+            let by_normal = self.told(faces, normals, *place, (&nearest, distance));
             let by_number = || self.wound(faces, *place, distance, &mut Cells::default());
             distance > COMPARABLE && by_normal.is_some_and(|side| side != by_number())
         };
-        (places.par_iter().filter(|place| wrong(place)).count(), places.len())
+        let wrong = places.par_iter().map_init(Search::default, wrong).filter(|wrong| *wrong);
+        (wrong.count(), places.len())
     }
 }
 

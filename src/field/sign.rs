@@ -9,8 +9,9 @@
 //!
 //! Source: Bærentzen & Aanæs 2005, doi:10.1109/TVCG.2005.49.
 
-use super::surface::{Edges, NONE, Surface};
-use super::triangle::{Closest, Feature, unit_normal};
+use super::search::{Faces, Nearest};
+use super::surface::{Edges, NONE};
+use super::triangle::Feature;
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -38,33 +39,18 @@ impl Side {
     }
 }
 
-/// The normals of a surface's faces, edges and vertices.
+/// The normals of the vertices of a surface; those of faces and edges come with the faces.
 #[derive(Clone, Debug)]
 pub struct Pseudonormals {
-    /// Unit normals; zero for faces without area.
-    face: Vec<DVec3>,
-    /// By half-edge; shared by the two half-edges of an edge.
-    twin: Vec<u32>,
     /// Zero where there is none.
     vertex: Vec<DVec3>,
 }
 
 impl Pseudonormals {
-    /// The unit normals of the faces of `surface` alone: edges and vertices have none.
+    /// The normals of `faces`. A vertex has one where its faces form a single fan without an end.
     #[must_use]
-    pub fn of_faces(surface: &Surface) -> Self {
-        let face = (0..surface.triangles.len())
-            .into_par_iter()
-            .map(|face| unit_normal(surface.corners(face)).unwrap_or(DVec3::ZERO))
-            .collect();
-        Self { face, twin: Vec::new(), vertex: Vec::new() }
-    }
-
-    /// These normals of the faces of `surface`, a closed manifold, with those of its edges and
-    /// vertices.
-    #[must_use]
-    pub fn completed(self, surface: &Surface) -> Self {
-        let Self { face, .. } = self;
+    pub fn new(faces: &Faces) -> Self {
+        let surface = &faces.surface;
         let vertices = surface.positions.len();
         let mut vertex = vec![DVec3::ZERO; vertices];
         let mut meaningless = vec![false; vertices];
@@ -72,54 +58,52 @@ impl Pseudonormals {
         let mut half_from = vec![NONE; vertices];
         for (number, corners) in surface.triangles.iter().enumerate() {
             let at = surface.corners(number);
+            let normal = faces.normal(number);
             for i in 0..3 {
                 let (u, v) = (at[(i + 1) % 3] - at[i], at[(i + 2) % 3] - at[i]);
                 let angle = libm::atan2(u.cross(v).length(), u.dot(v));
                 let here = corners[i] as usize;
-                vertex[here] += angle * face[number];
-                meaningless[here] |= face[number] == DVec3::ZERO;
+                vertex[here] += angle * normal.unwrap_or(DVec3::ZERO);
+                meaningless[here] |= normal.is_none();
                 faces_at[here] += 1;
                 half_from[here] = (3 * number + i) as u32;
             }
         }
-        for here in 0..vertices {
-            let several = half_from[here] != NONE
-                && faces_in_fan(&surface.edges, half_from[here]) != faces_at[here];
-            if several || meaningless[here] {
-                vertex[here] = DVec3::ZERO;
+        vertex.par_iter_mut().enumerate().for_each(|(here, vertex)| {
+            let whole = half_from[here] != NONE
+                && faces_in_fan(&surface.edges, half_from[here]) == Some(faces_at[here]);
+            if !whole || meaningless[here] {
+                *vertex = DVec3::ZERO;
             }
-        }
-        Self { face, twin: surface.edges.twin.clone(), vertex }
+        });
+        Self { vertex }
     }
 
-    /// The unit normal of a face, if it has area.
+    /// The normal, of any length, of the part of a face that is closest.
     #[inline(always)]
     #[must_use]
-    pub fn face(&self, face: usize) -> Option<DVec3> {
-        let normal = self.face[face];
-        (normal != DVec3::ZERO).then_some(normal)
-    }
-
-    /// The normal, of any length, of the part of `face` with these `corners` that is closest.
-    #[inline(always)]
-    #[must_use]
-    pub fn at(&self, face: usize, corners: [u32; 3], feature: Feature) -> Option<DVec3> {
+    pub fn at(&self, faces: &Faces, face: usize, feature: Feature) -> Option<DVec3> {
         match feature {
-            Feature::Face => self.face(face),
+            Feature::Face => faces.normal(face),
             Feature::Edge(i) => {
-                let other = *self.twin.get(3 * face + i)?;
-                Some(self.face(face)? + self.face(other as usize / 3)?)
+                let other = faces.surface.edges.twin[3 * face + i];
+                let other = (other != NONE).then_some(other as usize / 3)?;
+                Some(faces.normal(face)? + faces.normal(other)?)
             }
-            Feature::Vertex(i) => self.vertex.get(corners[i] as usize).copied(),
+            Feature::Vertex(i) => {
+                let normal = self.vertex[faces.surface.triangles[face][i] as usize];
+                (normal != DVec3::ZERO).then_some(normal)
+            }
         }
     }
 
-    /// The side of the point whose closest point on the surface lies on `face`, as it is told by
-    /// the pseudonormal there; `None` if it can't tell.
+    /// The side of the point with this nearest face, as it is told by the pseudonormal there;
+    /// `None` if it can't tell.
     #[inline(always)]
     #[must_use]
-    pub fn side(&self, face: usize, corners: [u32; 3], closest: &Closest) -> Option<Side> {
-        let normal = self.at(face, corners, closest.feature)?;
+    pub fn side(&self, faces: &Faces, nearest: &Nearest) -> Option<Side> {
+        let Nearest { face, closest } = nearest;
+        let normal = self.at(faces, *face, closest.feature)?;
         let along = normal.dot(closest.offset);
         let least = WEAK * WEAK * normal.length_squared() * closest.offset.length_squared();
         if along * along <= least {
@@ -132,15 +116,19 @@ impl Pseudonormals {
     }
 }
 
-/// The number of faces met on the way around the vertex at which the half-edge `start` begins.
-fn faces_in_fan(edges: &Edges, start: u32) -> u32 {
+/// The number of faces met on the way around the vertex at which the half-edge `start` begins;
+/// `None` if the way has an end.
+fn faces_in_fan(edges: &Edges, start: u32) -> Option<u32> {
     let (mut half, mut count) = (start, 0);
     loop {
         count += 1;
         let (face, corner) = (half / 3, half % 3);
         half = edges.twin[(3 * face + (corner + 2) % 3) as usize];
-        if half == start || half == NONE {
-            return count;
+        if half == NONE {
+            return None;
+        }
+        if half == start {
+            return Some(count);
         }
     }
 }
@@ -148,16 +136,18 @@ fn faces_in_fan(edges: &Edges, start: u32) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::super::samples::{both, cube, mapped};
+    use super::super::surface::Surface;
     use super::*;
 
     #[test]
     fn the_normals_of_a_cube_point_outward() {
-        let surface = Surface::new(&cube()).unwrap();
-        let normals = Pseudonormals::of_faces(&surface).completed(&surface);
+        let faces = Faces::new(Surface::new(&cube()).unwrap());
+        let surface = &faces.surface;
+        let normals = Pseudonormals::new(&faces);
         let middle = DVec3::splat(0.5);
-        for (face, corners) in surface.triangles.iter().enumerate() {
+        for face in 0..surface.triangles.len() {
             for feature in (0..3).flat_map(|i| [Feature::Edge(i), Feature::Vertex(i)]) {
-                let normal = normals.at(face, *corners, feature).unwrap();
+                let normal = normals.at(&faces, face, feature).unwrap();
                 let from = match feature {
                     Feature::Edge(i) => {
                         0.5 * (surface.corners(face)[i] + surface.corners(face)[(i + 1) % 3])
@@ -168,7 +158,7 @@ mod tests {
                 // Diagonals of the quads have their normals, edges and corners point diagonally.
                 let outward = ((from - middle) * 2.0).round();
                 let outward =
-                    if feature_is_diagonal(from) { normals.face(face).unwrap() } else { outward };
+                    if feature_is_diagonal(from) { faces.normal(face).unwrap() } else { outward };
                 assert!(normal.normalize().distance(outward.normalize()) < 1e-15);
             }
         }
@@ -182,9 +172,10 @@ mod tests {
     #[test]
     fn a_vertex_shared_by_two_bodies_has_no_normal() {
         let touching = both(&cube(), &mapped(&cube(), |p| p + DVec3::ONE));
-        let surface = Surface::new(&touching).unwrap();
+        let faces = Faces::new(Surface::new(&touching).unwrap());
+        let surface = &faces.surface;
         assert!(surface.edges.is_closed_manifold());
-        let normals = Pseudonormals::of_faces(&surface).completed(&surface);
+        let normals = Pseudonormals::new(&faces);
         let none = (0..surface.positions.len())
             .filter(|v| surface.triangles.iter().flatten().any(|c| *c as usize == *v))
             .filter(|v| normals.vertex[*v] == DVec3::ZERO)

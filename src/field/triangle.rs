@@ -1,15 +1,14 @@
 //! Distance from points to a triangle, for any triangle.
 //!
-//! [`Packet`] holds the triangles of a leaf, each in a frame of its own: origin at a corner, first
-//! axis along the longest edge, third axis normal. A squared distance is then the height squared
-//! plus a distance in the plane, taken as the least over three segments, or zero for points over
-//! the inside. Nothing is divided by an area: a triangle without one is its edges, a triangle
-//! without edges is a point, and needles lose no accuracy because the frame is orthonormal to
-//! rounding whatever the shape. Coordinates are relative to a corner, so distance from the origin
-//! costs nothing.
+//! [`closest`] finds the closest point and what it lies on, exactly at corners: the faces around
+//! a vertex give the same bits there, and so do the two faces of an edge.
 //!
-//! [`closest`] finds the closest point and what it lies on, for one triangle and exactly at its
-//! corners.
+//! [`Packet`] holds the triangles of a leaf in single precision, to tell which of them are worth
+//! [`closest`]: each in a frame of its own, origin at a corner, first axis along the longest edge,
+//! third axis normal. A squared distance is then the height squared plus a distance in the plane,
+//! taken as the least over three segments, or zero for points over the inside. Nothing is divided
+//! by an area: a triangle without one is its edges, a triangle without edges is a point, and
+//! needles lose no accuracy because the frame is orthonormal to rounding whatever the shape.
 
 use crate::geom::bvh::{LEAF, NO_ITEM};
 use glam::DVec3;
@@ -21,45 +20,52 @@ const FLAT: f64 = 1.0 / (1_u64 << 40) as f64;
 const NO_HEIGHT: f64 = 1.0 / (1_u64 << 49) as f64;
 /// Squared lengths below this, in units of the mesh, are no lengths: their inverses overflow.
 const NO_LENGTH: f64 = 1e-300;
+/// Squared lengths below this are no lengths in single precision.
+const NO_SHORT_LENGTH: f64 = 1e-30;
+/// Bound on the error of a packet's distance, in units of the distance plus the size of the tree's
+/// frame, twice. A coordinate in a triangle's frame is off by seven roundings (2^-24) of the
+/// distance from its origin, which is less than the distance from the triangle plus three and a
+/// half sizes; three coordinates make 2^-18.4 at worst.
+const DOUBT: f32 = 1.0 / (1 << 16) as f32;
 
 /// Triangles of a leaf, one lane each. Lanes without a triangle are NaN, which is nearer than
 /// nothing.
 #[derive(Clone, Debug)]
 pub struct Packet {
-    origin: [[f64; LEAF]; 3],
-    along: [[f64; LEAF]; 3],
-    across: [[f64; LEAF]; 3],
-    normal: [[f64; LEAF]; 3],
+    origin: [[f32; LEAF]; 3],
+    along: [[f32; LEAF]; 3],
+    across: [[f32; LEAF]; 3],
+    normal: [[f32; LEAF]; 3],
     /// Length of the longest edge, from (0, 0) to (length, 0).
-    length: [f64; LEAF],
+    length: [f32; LEAF],
     /// The third corner.
-    apex: [[f64; LEAF]; 2],
+    apex: [[f32; LEAF]; 2],
     /// Inverse squared lengths of the edges from (length, 0) to the apex, and from (0, 0) to it.
-    inverse: [[f64; LEAF]; 2],
-    /// Numbers of the triangles, as floating-point numbers for the sake of lanes.
-    number: [f64; LEAF],
+    inverse: [[f32; LEAF]; 2],
+    /// Numbers of the triangles.
+    number: [u32; LEAF],
 }
 
 /// One lane of a [`Packet`].
 #[derive(Clone, Copy)]
 struct Lane {
-    origin: [f64; 3],
-    along: [f64; 3],
-    across: [f64; 3],
-    normal: [f64; 3],
-    length: f64,
-    apex: [f64; 2],
-    inverse: [f64; 2],
+    origin: [f32; 3],
+    along: [f32; 3],
+    across: [f32; 3],
+    normal: [f32; 3],
+    length: f32,
+    apex: [f32; 2],
+    inverse: [f32; 2],
 }
 
 #[inline(always)]
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 /// `value` limited to [0, `top`].
 #[inline(always)]
-fn limited(value: f64, top: f64) -> f64 {
+fn limited(value: f32, top: f32) -> f32 {
     let value = if value > 0.0 { value } else { 0.0 };
     if value < top { value } else { top }
 }
@@ -67,7 +73,7 @@ fn limited(value: f64, top: f64) -> f64 {
 impl Lane {
     /// Squared distance to a point. Without branches, so that lanes run side by side.
     #[inline(always)]
-    fn squared_distance(self, point: [f64; 3]) -> f64 {
+    fn squared_distance(self, point: [f32; 3]) -> f32 {
         let q = [point[0] - self.origin[0], point[1] - self.origin[1], point[2] - self.origin[2]];
         let (x, y, z) = (dot(q, self.along), dot(q, self.across), dot(q, self.normal));
         let [ax, ay] = self.apex;
@@ -92,52 +98,64 @@ impl Lane {
     }
 }
 
+/// The bound on a packet's squared distances, and on those to boxes, that keeps the nearest
+/// triangle if one is at squared distance `squared`: the errors of both may add up. With a
+/// `radius`, it keeps the triangle nearest to any point within that of the point in question.
+#[inline(always)]
+#[must_use]
+pub fn doubtful(squared: f32, radius: f32) -> f32 {
+    let bound = (squared.sqrt() + 2.0 * radius) * (1.0 + 2.0 * DOUBT) + 2.0 * DOUBT;
+    let bound = bound * bound;
+    // Finite, so that empty boxes at infinity stay out.
+    if bound < f32::MAX { bound } else { f32::MAX }
+}
+
 impl Packet {
-    /// The triangles `numbers` of those that `corners` gives; [`NO_ITEM`] leaves a lane empty.
+    /// The triangles `numbers` of those whose corners `corners` gives, in the tree's frame;
+    /// [`NO_ITEM`] leaves a lane empty.
     #[must_use]
     pub fn new(numbers: &[u32; LEAF], corners: impl Fn(u32) -> [DVec3; 3]) -> Self {
         let mut packet = Self {
-            origin: [[f64::NAN; LEAF]; 3],
+            origin: [[f32::NAN; LEAF]; 3],
             along: [[0.0; LEAF]; 3],
             across: [[0.0; LEAF]; 3],
             normal: [[0.0; LEAF]; 3],
             length: [0.0; LEAF],
             apex: [[0.0; LEAF]; 2],
             inverse: [[0.0; LEAF]; 2],
-            number: [0.0; LEAF],
+            number: *numbers,
         };
         for (lane, number) in numbers.iter().enumerate() {
             if *number != NO_ITEM {
-                packet.set(lane, *number, corners(*number));
+                packet.set(lane, corners(*number));
             }
         }
         packet
     }
 
-    fn set(&mut self, lane: usize, number: u32, corners: [DVec3; 3]) {
+    fn set(&mut self, lane: usize, corners: [DVec3; 3]) {
         let frame = Frame::of(corners);
         for axis in 0..3 {
-            self.origin[axis][lane] = frame.origin[axis];
-            self.along[axis][lane] = frame.along[axis];
-            self.across[axis][lane] = frame.across[axis];
-            self.normal[axis][lane] = frame.normal[axis];
+            self.origin[axis][lane] = frame.origin[axis] as f32;
+            self.along[axis][lane] = frame.along[axis] as f32;
+            self.across[axis][lane] = frame.across[axis] as f32;
+            self.normal[axis][lane] = frame.normal[axis] as f32;
         }
         let inverse = |x: f64, y: f64| {
             let squared = x * x + y * y;
-            if squared > NO_LENGTH { 1.0 / squared } else { 0.0 }
+            if squared > NO_SHORT_LENGTH { (1.0 / squared) as f32 } else { 0.0 }
         };
         let [x, y] = frame.apex;
-        self.length[lane] = frame.length;
-        self.apex[0][lane] = x;
-        self.apex[1][lane] = y;
+        self.length[lane] = frame.length as f32;
+        self.apex[0][lane] = x as f32;
+        self.apex[1][lane] = y as f32;
         self.inverse[0][lane] = inverse(x - frame.length, y);
         self.inverse[1][lane] = inverse(x, y);
-        self.number[lane] = f64::from(number);
     }
 
     #[inline(always)]
     fn lane(&self, lane: usize) -> Lane {
-        let triple = |rows: &[[f64; LEAF]; 3]| [rows[0][lane], rows[1][lane], rows[2][lane]];
+        let triple = |rows: &[[f32; LEAF]; 3]| [rows[0][lane], rows[1][lane], rows[2][lane]];
         Lane {
             origin: triple(&self.origin),
             along: triple(&self.along),
@@ -149,81 +167,23 @@ impl Packet {
         }
     }
 
-    /// The lanes in use: the first ones.
+    /// Numbers of the triangles.
     #[inline(always)]
     #[must_use]
-    pub fn lanes(&self) -> std::ops::Range<usize> {
-        0..self.origin[0].iter().take_while(|x| !x.is_nan()).count()
+    pub fn numbers(&self) -> &[u32; LEAF] {
+        &self.number
     }
 
-    /// Improves `nearest`, the answer so far at `point`.
+    /// Squared distances of `point`, NaN in lanes without a triangle. They may be too small for
+    /// triangles with hardly any area, and too large by less than [`doubtful`] allows.
     #[inline(always)]
-    pub fn improve(&self, point: [f64; 3], nearest: &mut Nearest) {
+    #[must_use]
+    pub fn squared_distances(&self, point: [f32; 3]) -> [f32; LEAF] {
         let mut squared = [0.0; LEAF];
         for (lane, squared) in squared.iter_mut().enumerate() {
             *squared = self.lane(lane).squared_distance(point);
         }
-        // Most leaves hold nothing nearer: one comparison for all lanes.
-        let hopeful = squared.iter().fold(false, |any, s| any | (*s <= nearest.squared));
-        if !hopeful {
-            return;
-        }
-        // Most leaves hold nothing nearer: one comparison for all lanes.
-        let hopeful = squared.iter().fold(false, |any, s| any | (*s <= nearest.squared));
-        if !hopeful {
-            return;
-        }
-        for (squared, number) in squared.into_iter().zip(self.number) {
-            let candidate = Nearest { squared, number };
-            if candidate.precedes(*nearest) {
-                *nearest = candidate;
-            }
-        }
-    }
-
-    /// The better of the answers so far at `N` points, squared distances and numbers, and those of
-    /// the triangle in one lane.
-    #[inline(always)]
-    #[must_use]
-    pub fn improve_all<const N: usize>(
-        &self,
-        lane: usize,
-        points: &[[f64; N]; 3],
-        (squared, number): ([f64; N], [f64; N]),
-    ) -> ([f64; N], [f64; N]) {
-        let (triangle, own) = (self.lane(lane), self.number[lane]);
-        let (mut least, mut nearest) = ([0.0; N], [0.0; N]);
-        for i in 0..N {
-            let s = triangle.squared_distance([points[0][i], points[1][i], points[2][i]]);
-            let tied = if own < number[i] { own } else { number[i] };
-            let other = if squared[i] < s { number[i] } else { tied };
-            nearest[i] = if s < squared[i] { own } else { other };
-            least[i] = if s < squared[i] { s } else { squared[i] };
-        }
-        (least, nearest)
-    }
-}
-
-/// The nearest triangle so far.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Nearest {
-    /// Squared distance.
-    pub squared: f64,
-    /// The triangle's number.
-    pub number: f64,
-}
-
-impl Nearest {
-    /// No triangle.
-    pub const NONE: Self = Self { squared: f64::INFINITY, number: f64::INFINITY };
-
-    /// Whether it is nearer, or as near and of lower number: an order without ties, so that the
-    /// order of the search does not show.
-    #[inline(always)]
-    #[must_use]
-    pub fn precedes(self, other: Self) -> bool {
-        self.squared < other.squared
-            || (self.squared == other.squared && self.number < other.number)
+        squared
     }
 }
 
@@ -353,15 +313,18 @@ mod tests {
         Packet::new(&numbers, |_| corners)
     }
 
-    /// Distance by the packet, after checking that the closest point says the same.
+    /// The distance, after checking that the packet's is as near to it as it promises.
     fn distance(point: DVec3, corners: [DVec3; 3]) -> f64 {
-        let mut nearest = Nearest::NONE;
-        packet(corners).improve(point.to_array(), &mut nearest);
-        assert_eq!(nearest.number, 0.0);
-        let by_packet = nearest.squared.sqrt();
         let exact = closest(point, &corners, unit_normal(corners)).offset.length();
-        let size = corners.iter().map(|c| c.distance(point)).fold(0.0, f64::max);
-        assert!((by_packet - exact).abs() <= 1e-14 * size, "{by_packet} {exact} {corners:?}");
+        // In coordinates in which everything is within [-1, 1], as in a tree's frame.
+        let far = corners.iter().chain([&point]);
+        let scale = far.map(|p| p.distance(corners[0])).fold(0.0, f64::max).recip();
+        let local = |p: DVec3| scale * (p - corners[0]);
+        let squared = packet(corners.map(local)).squared_distances(local(point).as_vec3().into());
+        assert!(squared[1..].iter().all(|s| s.is_nan()));
+        let by_packet = f64::from(squared[0].sqrt()) / scale;
+        let allowed = f64::from(DOUBT) * (exact + 1.0 / scale);
+        assert!((by_packet - exact).abs() <= 0.5 * allowed, "{by_packet} {exact} {corners:?}");
         exact
     }
 
@@ -438,18 +401,41 @@ mod tests {
     }
 
     #[test]
-    fn ties_go_to_the_lower_number() {
-        let corners = triangle([0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
-        let mut numbers = [NO_ITEM; LEAF];
-        numbers[..3].copy_from_slice(&[7, 2, 5]);
-        let packet = Packet::new(&numbers, |_| corners);
-        let mut nearest = Nearest::NONE;
-        packet.improve([0.2, 0.2, 1.0], &mut nearest);
-        assert_eq!(nearest.number, 2.0);
-        let mut all = ([f64::INFINITY; 4], [f64::INFINITY; 4]);
-        for lane in packet.lanes() {
-            all = packet.improve_all(lane, &[[0.2; 4], [0.2; 4], [1.0; 4]], all);
+    fn the_faces_of_a_vertex_and_of_an_edge_have_the_same_distance_to_the_bit() {
+        let seed = 12;
+        let mut random = super::super::samples::Uniform(seed);
+        for _ in 0..2000 {
+            let [a, b, c, d, p] = std::array::from_fn(|_| random.point(-1.0, 1.0));
+            // Two faces of an edge, from other corners, in opposite senses.
+            let [one, other] = [[a, b, c], [d, b, a]];
+            let [found, twin] = [one, other].map(|at| closest(p, &at, unit_normal(at)));
+            match (found.feature, twin.feature) {
+                (Feature::Edge(0), Feature::Edge(1))
+                | (Feature::Vertex(0), Feature::Vertex(2))
+                | (Feature::Vertex(1), Feature::Vertex(1)) => {
+                    let [s, t] = [found, twin].map(|c| c.offset.length_squared().to_bits());
+                    assert_eq!(s, t, "{p} seed {seed}");
+                }
+                _ => {}
+            }
         }
-        assert_eq!(all, ([nearest.squared; 4], [2.0; 4]));
+    }
+
+    #[test]
+    fn what_is_in_doubt_covers_the_error_of_a_packet() {
+        let seed = 13;
+        let mut random = super::super::samples::Uniform(seed);
+        for round in 0..4000 {
+            let size = [1.0, 0.1, 1e-3, 1e-6][round % 4];
+            let middle = (1.0 - size) * random.point(-1.0, 1.0);
+            let corners = std::array::from_fn(|_| middle + size * random.point(-1.0, 1.0));
+            let reach = [1e-6, 1e-3, 1.0, 30.0][round / 4 % 4];
+            let point = middle + reach * random.point(-1.0, 1.0);
+            let exact = closest(point, &corners, unit_normal(corners)).offset.length_squared();
+            let found = packet(corners).squared_distances(point.as_vec3().into())[0];
+            // Either is within what the other leaves in doubt.
+            assert!(found <= doubtful(exact as f32, 0.0), "{found} {exact} seed {seed} {round}");
+            assert!(exact as f32 <= doubtful(found, 0.0), "{found} {exact} seed {seed} {round}");
+        }
     }
 }

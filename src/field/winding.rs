@@ -397,9 +397,7 @@ mod tests {
     }
 
     fn tree(surface: &Surface) -> Bvh {
-        let boxes: Vec<Aabb> =
-            (0..surface.triangles.len()).map(|f| Aabb::around(surface.corners(f))).collect();
-        Bvh::build(&boxes)
+        Bvh::build(surface.triangles.len(), |face| surface.corners(face))
     }
 
     /// Greatest error of the groups around and in `mesh`, which fills about [-1, 1]^3.

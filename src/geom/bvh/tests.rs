@@ -23,6 +23,16 @@ fn squared_distance(b: Aabb, p: DVec3) -> f64 {
     (p - p.clamp(b.lo, b.hi)).length_squared()
 }
 
+/// A tree over boxes, whose corners are the points.
+fn tree_over(boxes: &[Aabb]) -> Bvh {
+    Bvh::build(boxes.len(), |item| -> [DVec3; 8] {
+        let Aabb { lo, hi } = boxes[item];
+        std::array::from_fn(|corner| {
+            DVec3::from_array([0, 1, 2].map(|a| if corner >> a & 1 == 0 { lo[a] } else { hi[a] }))
+        })
+    })
+}
+
 struct Nearest<'a> {
     tree: &'a Bvh,
     boxes: &'a [Aabb],
@@ -53,7 +63,7 @@ fn nearest(tree: &Bvh, boxes: &[Aabb], p: DVec3) -> f64 {
 #[test]
 fn every_item_is_in_one_leaf() {
     for count in [0, 1, 8, 9, 100, 10_000] {
-        let tree = Bvh::build(&random_boxes(count, 0.0));
+        let tree = tree_over(&random_boxes(count, 0.0));
         let mut items: Vec<u32> =
             tree.leaves().iter().flatten().copied().filter(|i| *i != NO_ITEM).collect();
         items.sort_unstable();
@@ -65,7 +75,7 @@ fn every_item_is_in_one_leaf() {
 fn the_nearest_item_is_found_also_far_from_the_origin() {
     for offset in [0.0, 1e7, -1e9] {
         let boxes = random_boxes(2000, offset);
-        let tree = Bvh::build(&boxes);
+        let tree = tree_over(&boxes);
         let mut state = 3;
         for spread in [1.0, 1.0, 10.0, 1e6] {
             for _ in 0..50 {
@@ -83,7 +93,7 @@ fn the_nearest_item_is_found_also_far_from_the_origin() {
 #[test]
 fn equal_boxes_make_a_shallow_tree() {
     let boxes = vec![Aabb::new(DVec3::ONE, DVec3::ONE); 5000];
-    let tree = Bvh::build(&boxes);
+    let tree = tree_over(&boxes);
     assert!(tree.leaves().len() < 5000 / 3);
     assert_eq!(nearest(&tree, &boxes, DVec3::new(1.0, 1.0, 3.0)), 4.0);
 }
@@ -92,27 +102,42 @@ fn equal_boxes_make_a_shallow_tree() {
 fn geometric_sizes_do_not_deepen_the_tree_without_bound() {
     let boxes: Vec<Aabb> =
         (0..900).map(|i| Aabb::new(DVec3::ZERO, DVec3::splat(0.5_f64.powi(i)))).collect();
-    let tree = Bvh::build(&boxes);
+    let tree = tree_over(&boxes);
     assert_eq!(nearest(&tree, &boxes, DVec3::splat(2.0)), 3.0);
 }
 
 #[test]
-fn leaves_within_reach_of_a_box_are_all_found() {
-    let boxes = random_boxes(3000, 0.0);
-    let tree = Bvh::build(&boxes);
-    let query = Aabb::new(DVec3::splat(0.4), DVec3::splat(0.5));
-    let radius = 0.07;
-    let lo = tree.frame().local(query.lo).to_array().map(|v| (v as f32).next_down());
-    let hi = tree.frame().local(query.hi).to_array().map(|v| (v as f32).next_up());
-    let mut found = Vec::new();
-    let scaled = radius * tree.frame().scale;
-    tree.within(lo, hi, reach(scaled * scaled), &mut Stack::default(), &mut found);
-    let items: Vec<u32> = found.iter().flat_map(|f| tree.leaves()[f.leaf]).collect();
-    for (number, b) in boxes.iter().enumerate() {
-        let gap = (b.lo - query.hi).max(query.lo - b.hi).max(DVec3::ZERO).length();
-        assert!(gap > radius || items.contains(&(number as u32)));
+fn boxes_of_a_flat_part_are_turned_with_it() {
+    // A plane of small triangles, tilted against all axes.
+    let normal = DVec3::new(1.0, 2.0, 3.0).normalize();
+    let (u, v) = normal.any_orthonormal_pair();
+    let place = |i: usize, j: usize| 0.01 * (i as f64 * u + j as f64 * v);
+    let triangle = |item: usize| {
+        let (i, j) = (item % 64, item / 64);
+        [place(i, j), place(i + 1, j), place(i, j + 1)]
+    };
+    let tree = Bvh::build(64 * 64, triangle);
+    let above = tree.frame().local(place(32, 32) + 0.3 * normal);
+    let bound = reach((0.3003 * tree.frame().scale).powi(2));
+    let mut visited = Count { leaves: 0, bound };
+    let at = above.to_array().map(|x| x as f32);
+    tree.nearest(at, &mut Stack::default(), bound, &mut visited);
+    // Within the bound lies a disk of radius 0.0134, of some six triangles; upright boxes of eight
+    // triangles are 0.02 thick, and those within a disk of radius 0.1 would be visited.
+    assert!((1..20).contains(&visited.leaves), "{}", visited.leaves);
+}
+
+/// Counts leaves within a bound.
+struct Count {
+    leaves: usize,
+    bound: f32,
+}
+
+impl Visitor for Count {
+    fn visit(&mut self, _: usize) -> f32 {
+        self.leaves += 1;
+        self.bound
     }
-    assert!(items.len() < 1500);
 }
 
 #[test]
