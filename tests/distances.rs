@@ -7,6 +7,7 @@ use alveole::expr::{Oracle, Queries};
 use alveole::field::{MeshDistance, Reason, SignMethod, mesh_distance};
 use alveole::mesh::Mesh;
 use alveole::num::Interval;
+use glam::DVec3;
 use std::path::PathBuf;
 
 /// The folder of test meshes, if there is one.
@@ -140,4 +141,121 @@ fn overlapping_copies_are_a_union() {
     // The first copy is the clean part: what is inside of it is inside of both.
     assert!(part.iter().zip(&union).all(|(p, u)| *p >= -1e-9 || *u < 0.0));
     assert!(union.iter().filter(|v| **v < 0.0).count() > part.iter().filter(|v| **v < 0.0).count());
+}
+
+/// Squared distance from `p` to a triangle, by the regions of its plane (Ericson 2005, Real-Time
+/// Collision Detection, section 5.1.5).
+fn squared_to_triangle(p: DVec3, [a, b, c]: [DVec3; 3]) -> f64 {
+    let (ab, ac, ap, bp, cp) = (b - a, c - a, p - a, p - b, p - c);
+    let (d1, d2, d3, d4, d5, d6) =
+        (ab.dot(ap), ac.dot(ap), ab.dot(bp), ac.dot(bp), ab.dot(cp), ac.dot(cp));
+    let (va, vb, vc) = (d3 * d6 - d5 * d4, d5 * d2 - d1 * d6, d1 * d4 - d3 * d2);
+    let to = |q: DVec3| p.distance_squared(q);
+    if d1 <= 0.0 && d2 <= 0.0 {
+        to(a)
+    } else if d3 >= 0.0 && d4 <= d3 {
+        to(b)
+    } else if d6 >= 0.0 && d5 <= d6 {
+        to(c)
+    } else if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
+        to(a + ab * (d1 / (d1 - d3)))
+    } else if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
+        to(a + ac * (d2 / (d2 - d6)))
+    } else if va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0 {
+        to(b + (c - b) * ((d4 - d3) / ((d4 - d3) + (d5 - d6))))
+    } else {
+        let sum = va + vb + vc;
+        to(a + ab * (vb / sum) + ac * (vc / sum))
+    }
+}
+
+/// Triangles of three sizes anywhere in the cube [-1, 1]^3.
+fn soup(random: &mut Uniform, count: u32) -> Mesh {
+    let mut positions = Vec::new();
+    for face in 0..count {
+        let size = [0.5, 0.1, 0.02][face as usize % 3];
+        let middle = random.point();
+        for _ in 0..3 {
+            positions.push((middle + size * random.point()).to_array());
+        }
+    }
+    let triangles = (0..count).map(|face| [3 * face, 3 * face + 1, 3 * face + 2]).collect();
+    Mesh { positions, triangles }
+}
+
+/// Numbers in [0, 1) from a seed.
+struct Uniform(u64);
+
+impl Uniform {
+    fn next(&mut self) -> f64 {
+        self.0 =
+            self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    /// A point of the cube [-1, 1]^3.
+    fn point(&mut self) -> DVec3 {
+        DVec3::from_array(std::array::from_fn(|_| 2.0 * self.next() - 1.0))
+    }
+}
+
+#[test]
+fn magnitudes_are_the_least_over_all_faces() {
+    for seed in 1..5 {
+        let mut random = Uniform(seed);
+        let mesh = soup(&mut random, 700);
+        let field = mesh_distance(&mesh, "soup").unwrap();
+        let corners =
+            |face: &[u32; 3]| face.map(|vertex| DVec3::from_array(mesh.positions[vertex as usize]));
+        // More points than are worth sorting, near and far.
+        let points: Vec<DVec3> =
+            (0..700).map(|i| random.point() * [1.0, 1.5, 40.0][i % 3]).collect();
+        let [x, y, z] = [0, 1, 2].map(|a| points.iter().map(|p| p[a]).collect::<Vec<f64>>());
+        let mut values = vec![0.0; points.len()];
+        field.points(Queries { at: [&x, &y, &z], value: &mut values, gradient: None }).unwrap();
+        for (p, value) in points.iter().zip(values) {
+            let brute = mesh
+                .triangles
+                .iter()
+                .map(|face| squared_to_triangle(*p, corners(face)))
+                .fold(f64::INFINITY, f64::min)
+                .sqrt();
+            // Roundings in units of the coordinates.
+            let error = (value.abs() - brute).abs();
+            assert!(error <= 1e-14 * (1.0 + p.length()), "{p} {value} {brute} seed {seed}");
+        }
+    }
+}
+
+#[test]
+fn ways_towards_roots_leave_no_trace_in_the_answers() {
+    // Batches with gradients, each step a tenth as long as the one before, some lanes starting anew.
+    for seed in 11..15 {
+        let mut random = Uniform(seed);
+        let field = mesh_distance(&soup(&mut random, 500), "soup").unwrap();
+        let mut points: Vec<DVec3> = (0..200).map(|_| 1.2 * random.point()).collect();
+        for round in 0..8 {
+            let [x, y, z] = [0, 1, 2].map(|a| points.iter().map(|p| p[a]).collect::<Vec<f64>>());
+            let mut values = vec![0.0; points.len()];
+            let mut slopes = [(); 3].map(|()| vec![0.0; points.len()]);
+            let gradient = Some(slopes.each_mut().map(|row| &mut row[..]));
+            field.points(Queries { at: [&x, &y, &z], value: &mut values, gradient }).unwrap();
+            for (i, value) in values.iter().enumerate() {
+                let mut alone = [0.0];
+                let at = [&x[i..=i], &y[i..=i], &z[i..=i]];
+                field.points(Queries { at, value: &mut alone, gradient: None }).unwrap();
+                assert_eq!(alone[0].to_bits(), value.to_bits(), "{} seed {seed}", points[i]);
+            }
+            for (i, point) in points.iter_mut().enumerate() {
+                let slope = DVec3::new(slopes[0][i], slopes[1][i], slopes[2][i]);
+                let step = 0.05 * 0.1_f64.powi(round) * random.point();
+                *point = match i % 4 {
+                    0 => *point - values[i] * slope,
+                    1 => *point + step,
+                    2 => *point + 0.01 * values[i] * random.point(),
+                    _ => 1.2 * random.point(),
+                };
+            }
+        }
+    }
 }
