@@ -6,7 +6,7 @@
 //! is skipped, the answer at a point has the same bits.
 //!
 //! Points that follow lines towards a root come back again and again, nearer each time. A search
-//! may leave a [`Mark`]: all faces that can be the nearest somewhere within a small radius. The next
+//! may leave a mark: all faces that can be the nearest somewhere within a small radius. The next
 //! search within it looks at these alone.
 
 use super::surface::Surface;

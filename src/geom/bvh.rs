@@ -29,7 +29,7 @@ pub const REMOTE: f64 = (1_u64 << 60) as f64;
 
 /// Relative excess allowed to squared distances to boxes. A coordinate of a point in a box's frame
 /// is off by seven roundings of single precision in units of the distance from the box's center,
-/// which is less than twice the distance from the box where that is beyond [`MARGIN`]'s care.
+/// which is less than twice the distance from the box where the growth of boxes does not cover it.
 const SLACK: f64 = 1.0 / (1 << 17) as f64;
 /// Powers of two, a lane each.
 const FLAGS: [f32; WIDTH] = [1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 128.0];
