@@ -22,6 +22,8 @@
 //! ```
 
 mod assembly;
+#[cfg(target_os = "linux")]
+mod direct;
 pub mod error;
 pub mod format;
 pub mod input;

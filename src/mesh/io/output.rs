@@ -130,7 +130,7 @@ impl FileSink {
     /// As [`write()`].
     pub fn finish(self) -> Result<File, WriteError> {
         match self.stage {
-            Stage::Streamed(sink) => Ok(sink.into_file()),
+            Stage::Streamed(sink) => Ok(sink.finish()?),
             Stage::Collected { mesh, file, format, precision } => {
                 let mut out = BufWriter::with_capacity(1 << 20, file);
                 write(&mesh.into_mesh(), format, precision, &mut out)?;
