@@ -12,6 +12,8 @@ struct Statistics<'a> {
     version: &'static str,
     #[serde(flatten)]
     report: &'a Report,
+    /// Sampled part of the grid's bricks.
+    sampled_fraction: f64,
     total_seconds: f64,
     /// Largest resident set of the process so far; absent where the system does not tell.
     peak_memory_bytes: Option<u64>,
@@ -23,6 +25,7 @@ pub(super) fn write(path: &Path, report: &Report, total: Duration) -> Result<(),
     let statistics = Statistics {
         version: env!("CARGO_PKG_VERSION"),
         report,
+        sampled_fraction: report.contour.active_bricks as f64 / report.contour.bricks as f64,
         total_seconds: total.as_secs_f64(),
         peak_memory_bytes: peak_memory(),
         threads: rayon::current_num_threads(),
