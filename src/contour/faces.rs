@@ -118,11 +118,10 @@ fn faces(block: &Block, next: &Block, spans: &Spans, out: &mut [[u32; 3]]) -> us
             let row = Row::new(block, next, spans, &quad, z, y);
             for x in Bits(u64::from(caps)) {
                 let case = &tables.cap(spans.position([x, y, z]))[quad.case(x)];
-                let cap = Cap { edges: row.edges(x), block, next, spans, cell: [x, y, z] };
+                let ids = row.vertices(x);
                 for t in 0..usize::from(case.count) {
-                    let [a, b, c] =
-                        [case.slots[3 * t], case.slots[3 * t + 1], case.slots[3 * t + 2]];
-                    out[at] = [cap.vertex(a), cap.vertex(b), cap.vertex(c)];
+                    let slot = |k: usize| ids[usize::from(case.slots[3 * t + k]) % ids.len()];
+                    out[at] = [slot(0), slot(1), slot(2)];
                     at += 1;
                 }
             }
@@ -138,14 +137,16 @@ fn corners(ids: &[u32; 16], case: &Case, t: usize) -> [u32; 3] {
     [ids[usize::from(a & 15)], ids[usize::from(b & 15)], ids[usize::from(c & 15)]]
 }
 
-/// What the cells of one row need to number their vertices.
+/// What the cells of one row at ghosts need to number their vertices.
+///
+/// A word of crossings or nodes, the first vertex of the word, and that of the next brick.
 struct Row {
-    /// Crossed edges along x at the four rows, and the first vertex of each.
+    /// Crossed edges along x at the four rows.
     x: [(u32, u32); 4],
-    /// Crossed edges along y at z and z + 1, their first vertices, and that of the next brick.
-    y: [(u32, u32, u32); 2],
-    /// Crossed edges along z at y and y + 1, their first vertices, and that of the next brick.
-    z: [(u32, u32, u32); 2],
+    /// Crossed edges along y at z and z + 1, then along z at y and y + 1.
+    across: [(u32, u32, u32); 4],
+    /// Inside nodes of outer planes at the four rows.
+    nodes: [(u32, u32, u32); 4],
 }
 
 impl Row {
@@ -153,83 +154,46 @@ impl Row {
     fn new(block: &Block, next: &Block, spans: &Spans, quad: &Quad, z: usize, y: usize) -> Self {
         let [a, b, c, d] = quad.rows;
         let edges = spans.0[0].edge & ROW;
+        let rows = [(z, y), (z, y + 1), (z + 1, y), (z + 1, y + 1)];
         Self {
-            x: [
-                ((a ^ a >> 1) & edges, block.x[z][y]),
-                ((b ^ b >> 1) & edges, block.x[z][y + 1]),
-                ((c ^ c >> 1) & edges, block.x[z + 1][y]),
-                ((d ^ d >> 1) & edges, block.x[z + 1][y + 1]),
+            x: std::array::from_fn(|n| {
+                let ((z, y), row) = (rows[n], quad.rows[n]);
+                ((row ^ row >> 1) & edges, block.x[z][y])
+            }),
+            across: [
+                (a ^ b, block.y[z][y], next.y[z][y]),
+                (c ^ d, block.y[z + 1][y], next.y[z + 1][y]),
+                (a ^ c, block.z[z][y], next.z[z][y]),
+                (b ^ d, block.z[z][y + 1], next.z[z][y + 1]),
             ],
-            y: [(a ^ b, block.y[z][y], next.y[z][y]), (c ^ d, block.y[z + 1][y], next.y[z + 1][y])],
-            z: [(a ^ c, block.z[z][y], next.z[z][y]), (b ^ d, block.z[z][y + 1], next.z[z][y + 1])],
+            nodes: rows.map(|(z, y)| {
+                let word = spans.planes(&block.rows, z, y);
+                (word, block.planes[z][y], next.planes[z][y])
+            }),
         }
     }
 
-    /// Vertices on the edges of cell `x`; what stands for an edge without crossing is meaningless.
+    /// What may stand in each slot of cell `x`: the vertices on its edges, then those at its
+    /// corners. What stands for an edge without crossing or a corner without vertex is meaningless.
     #[inline(always)]
-    fn edges(&self, x: usize) -> [u32; 16] {
-        let [x0, x1, x2, x3] = self.x;
-        let [y0, y1] = [across(self.y[0], x), across(self.y[1], x)];
-        let [z0, z1] = [across(self.z[0], x), across(self.z[1], x)];
-        [
-            along(x0, x),
-            along(x1, x),
-            along(x2, x),
-            along(x3, x),
-            y0[0],
-            y0[1],
-            y1[0],
-            y1[1],
-            z0[0],
-            z0[1],
-            z1[0],
-            z1[1],
-            0,
-            0,
-            0,
-            0,
-        ]
-    }
-}
-
-/// The vertex on the edge of a row that starts at `x`.
-#[inline(always)]
-fn along((word, first): (u32, u32), x: usize) -> u32 {
-    first.wrapping_add((word & ((1 << x) - 1)).count_ones())
-}
-
-/// The vertices on the edges across a row at `x` and `x + 1`.
-#[inline(always)]
-fn across((word, first, beyond): (u32, u32, u32), x: usize) -> [u32; 2] {
-    let here = along((word, first), x);
-    let after = here.wrapping_add(word >> x & 1);
-    [here, if x + 1 == BRICK { beyond } else { after }]
-}
-
-/// A cell at ghosts.
-struct Cap<'a> {
-    edges: [u32; 16],
-    block: &'a Block,
-    next: &'a Block,
-    spans: &'a Spans,
-    cell: [usize; 3],
-}
-
-impl Cap<'_> {
-    /// The vertex that stands in a slot.
-    #[inline(always)]
-    fn vertex(&self, slot: u8) -> u32 {
-        let slot = usize::from(slot);
-        if slot < 12 {
-            return self.edges[slot];
+    fn vertices(&self, x: usize) -> [u32; 32] {
+        let mut ids = [0; 32];
+        let below = (1 << x) - 1;
+        let first = |word: u32, first: u32| first.wrapping_add((word & below).count_ones());
+        let both = |(word, at, beyond): (u32, u32, u32)| {
+            let here = first(word, at);
+            let after = here.wrapping_add(word >> x & 1);
+            [here, if x + 1 == BRICK { beyond } else { after }]
+        };
+        for (n, (word, at)) in self.x.into_iter().enumerate() {
+            ids[n] = first(word, at);
         }
-        let corner = slot - 12;
-        let [x, y, z] = self.cell;
-        let (x, y, z) = (x + (corner & 1), y + (corner >> 1 & 1), z + (corner >> 2));
-        if x == BRICK {
-            return self.next.planes[z][y];
+        for (n, across) in self.across.into_iter().enumerate() {
+            [ids[4 + 2 * n], ids[5 + 2 * n]] = both(across);
         }
-        let word = self.spans.planes(&self.block.rows, z, y);
-        along((word, self.block.planes[z][y]), x)
+        for (n, nodes) in self.nodes.into_iter().enumerate() {
+            [ids[12 + 2 * n], ids[13 + 2 * n]] = both(nodes);
+        }
+        ids
     }
 }
