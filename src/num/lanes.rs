@@ -81,16 +81,21 @@ pub fn cos(x: &[f64], out: &mut [f64]) {
 pub fn sin_cos(x: &[f64], sine: &mut [f64], cosine: &mut [f64]) {
     assert_eq!(x.len(), sine.len(), "there are as many sines as angles");
     assert_eq!(x.len(), cosine.len(), "there are as many cosines as angles");
-    dispatch(
+    let far = dispatch(
         #[inline(always)]
         || {
+            let mut far = false;
             for ((sine, cosine), &x) in sine.iter_mut().zip(cosine.iter_mut()).zip(x) {
                 (*sine, *cosine) = elementary::sin_cos_reduced(x);
+                far |= !elementary::reducible(x);
             }
+            far
         },
     );
-    repair(elementary::sin, x, sine);
-    repair(elementary::cos, x, cosine);
+    if far {
+        repair(elementary::sin, x, sine);
+        repair(elementary::cos, x, cosine);
+    }
 }
 
 /// `out[i] = exp(x[i])`.
