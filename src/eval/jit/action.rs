@@ -4,7 +4,7 @@ use super::CompileError;
 use super::call::{Arguments, Code};
 use super::calls::{Call, Staging};
 use super::flow::{Flow, Item};
-use super::tiles::{Nodes, Tiles};
+use super::tiles::{self, Nodes, Tiles};
 use crate::eval::regions::is_set;
 use crate::eval::tape::Position;
 use crate::expr::Failure;
@@ -148,11 +148,9 @@ impl Run<'_> {
                     call.run(arguments, self.staging, &self.tiles.oracles, plane, self.lanes)?;
                 }
                 Action::Gather(gathers) => {
-                    for gather in gathers {
-                        if let Some(nodes) = self.nodes {
-                            let out = &mut arguments.scratch[gather.first..][..self.lanes];
-                            nodes.gather(self.tiles, gather.axis, gather.table, out);
-                        }
+                    if let Some(nodes) = self.nodes {
+                        let (tiles, scratch) = (self.tiles, &mut *arguments.scratch);
+                        gather(nodes, tiles, gathers, self.lanes, scratch);
                     }
                 }
                 Action::Skip { bit, to, fills } => {
@@ -167,4 +165,30 @@ impl Run<'_> {
         }
         Ok(())
     }
+}
+
+/// Runs `gathers` for `lanes` lanes, as many at a time as share an axis.
+fn gather(nodes: &Nodes, tiles: &Tiles, gathers: &[Gather], lanes: usize, scratch: &mut [f64]) {
+    for same in gathers.chunk_by(|a, b| a.axis == b.axis) {
+        let (fours, rest) = same.as_chunks::<4>();
+        fours.iter().for_each(|four| gather_together(nodes, tiles, four, lanes, scratch));
+        let (pairs, rest) = rest.as_chunks::<2>();
+        pairs.iter().for_each(|pair| gather_together(nodes, tiles, pair, lanes, scratch));
+        rest.iter().for_each(|one| gather_together(nodes, tiles, &[*one], lanes, scratch));
+    }
+}
+
+/// Runs gathers that share an axis.
+fn gather_together<const N: usize>(
+    nodes: &Nodes,
+    bound: &Tiles,
+    gathers: &[Gather; N],
+    lanes: usize,
+    scratch: &mut [f64],
+) {
+    // Buffers are as long as the longest batch, a multiple of the block.
+    let lanes = lanes.next_multiple_of(tiles::BLOCK);
+    let buffers = gathers.map(|gather| gather.first..gather.first + lanes);
+    let out = scratch.get_disjoint_mut(buffers).expect("values have buffers of their own");
+    nodes.gather(bound, gathers[0].axis, gathers.map(|gather| gather.table), out);
 }

@@ -30,6 +30,9 @@ const ROUND: usize = VECTORS * LANES;
 const CHEAP: usize = 16;
 /// Rounds in a full batch.
 const ROUNDS: usize = PLANE / ROUND;
+/// Numbers from one buffer to the next: a line of the cache more than a batch, because buffers a
+/// power of two apart contend for the same few places in it.
+const STRIDE: usize = PLANE + 8;
 
 /// A compiled program over edges along one axis.
 #[derive(Debug)]
@@ -212,16 +215,16 @@ impl<'a> Plan<'a> {
         };
         let (lasting, passing) = kept(&self.between, tape.outputs());
         let (_, passing_at_ends) = kept(&self.ends, &tape.outputs()[..1]);
-        let mut end = layout::place(&lasting, &mut self.homes, 0, PLANE, false, &no_heirs);
+        let mut end = layout::place(&lasting, &mut self.homes, 0, STRIDE, false, &no_heirs);
         self.end_homes.clone_from(&self.homes);
         for p in tape.positions() {
             if matches!(tape.op(p), Op::Coordinate(_)) && self.homes[p.index()] == Home::Register {
                 self.homes[p.index()] = Home::Buffer(end);
-                end += PLANE;
+                end += STRIDE;
             }
         }
         self.scratch = [(&passing, &mut self.homes), (&passing_at_ends, &mut self.end_homes)]
-            .map(|(passing, homes)| layout::place(passing, homes, end, PLANE, true, &no_heirs))
+            .map(|(passing, homes)| layout::place(passing, homes, end, STRIDE, true, &no_heirs))
             .into_iter()
             .fold(end, usize::max);
     }

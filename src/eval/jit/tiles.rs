@@ -7,6 +7,9 @@ use crate::expr::Oracle;
 use crate::geom::Axis;
 use std::sync::Arc;
 
+/// Lanes that are gathered together.
+pub(super) const BLOCK: usize = 8;
+
 /// What a bound program reads: the tables of each axis cut into bricks, so that all numbers that a
 /// brick needs lie together and at fixed distances; the uniform values; the oracles.
 #[derive(Clone, Debug)]
@@ -80,20 +83,40 @@ impl Nodes {
         self.ahead[axis.index()] = u8::from(end == End::Upper);
     }
 
-    /// The numbers of table `table` of `axis` at the lanes' nodes.
-    pub(super) fn gather(&self, tiles: &Tiles, axis: Axis, table: usize, out: &mut [f64]) {
-        let (a, ahead) = (axis.index(), self.ahead[axis.index()]);
-        // A power of two, so that no lane needs a test.
-        let mut row = [0.0; 2 * ROW];
-        let tile = &tiles.tile(axis, self.brick[a])[table * ROW..][..ROW];
-        if ahead == 0 {
-            row[..ROW].copy_from_slice(tile);
-        } else {
-            row[..ROW - 1].copy_from_slice(&tile[1..]);
-            row[ROW - 1] = tiles.tile(axis, self.brick[a] + 1)[table * ROW];
+    /// The numbers of the `tables` of `axis` at the lanes' nodes, each table's to its own buffer, as
+    /// long as which is a multiple of [`BLOCK`].
+    ///
+    /// Blocks of lanes of all tables together: finding a lane's place is half of the work.
+    pub(super) fn gather<const N: usize>(
+        &self,
+        tiles: &Tiles,
+        axis: Axis,
+        tables: [usize; N],
+        mut out: [&mut [f64]; N],
+    ) {
+        let a = axis.index();
+        let (tile, ahead) = (tiles.tile(axis, self.brick[a]), self.ahead[a]);
+        let mut rows = [[0.0; ROW]; N];
+        for (row, table) in rows.iter_mut().zip(tables) {
+            let own = &tile[table * ROW..][..ROW];
+            if ahead == 0 {
+                row.copy_from_slice(own);
+            } else {
+                row[..ROW - 1].copy_from_slice(&own[1..]);
+                row[ROW - 1] = tiles.tile(axis, self.brick[a] + 1)[table * ROW];
+            }
         }
-        for (out, place) in out.iter_mut().zip(&self.places[a]) {
-            *out = row[usize::from(*place) % (2 * ROW)];
+        let blocks = out.first().map_or(0, |out| out.len() / BLOCK);
+        for (b, block) in self.places[a].as_chunks::<BLOCK>().0[..blocks].iter().enumerate() {
+            // A remainder, so that no lane needs a test.
+            let places = block.map(|place| usize::from(place) % ROW);
+            for (out, row) in out.iter_mut().zip(&rows) {
+                if let Some(out) = out[BLOCK * b..].first_chunk_mut::<BLOCK>() {
+                    for (out, place) in out.iter_mut().zip(places) {
+                        *out = row[place];
+                    }
+                }
+            }
         }
     }
 }
