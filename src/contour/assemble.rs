@@ -28,7 +28,7 @@ use std::time::{Duration, Instant};
 
 /// Size of the pieces handed to the sink, in bytes of this program's types: large enough for a
 /// write, small enough to stay in the cache of a core.
-const PIECE: usize = 1 << 18;
+const PIECE: usize = 1 << 17;
 
 /// Bricks that one task handles, at most.
 const TASK: usize = 512;

@@ -206,7 +206,7 @@ impl Placer {
     }
 }
 
-/// Appends the vertices at `roots` and notes those that are near nodes.
+/// Appends the vertices at `roots` and notes those that may be near nodes.
 fn put<const AXIS: usize>(
     batch: &[u16],
     roots: &[f64],
@@ -224,12 +224,15 @@ fn put<const AXIS: usize>(
             _ => [px[x], py[y], *root],
         }
     }));
+    // Where an edge is left alone: rather too little of it than too much.
     let placed = &lines.placed[AXIS];
+    let alone: [[f64; 2]; BRICK] = std::array::from_fn(|i| {
+        let margin = 2.0 * TAU * (placed[i + 1] - placed[i]);
+        [placed[i] + margin, placed[i + 1] - margin]
+    });
     for (lane, (node, root)) in batch.iter().zip(roots).enumerate() {
-        let i = position(*node)[AXIS];
-        let (lower, upper) = (placed[i], placed[i + 1]);
-        let margin = TAU * (upper - lower);
-        if *root - lower < margin || upper - *root < margin {
+        let [low, high] = alone[position(*node)[AXIS]];
+        if *root < low || *root > high {
             near.push(Near { vertex: first + lane, axis: Axis::ALL[AXIS], node: *node });
         }
     }
@@ -332,6 +335,10 @@ impl<S: Sampler> Query<'_, S> {
     }
 }
 
+/// One number an edge. A line of the cache longer than a batch, because arrays a power of two
+/// apart contend for the same few places in it.
+type Numbers = [f64; BATCH + 8];
+
 /// A batch of edges on the way to their roots, one entry an edge.
 #[derive(Debug)]
 struct Lanes {
@@ -339,28 +346,28 @@ struct Lanes {
     nodes: [u16; BATCH],
     place: [u16; BATCH],
     /// Ends of the bracket: where the field is below zero, and where it is not.
-    inner: [f64; BATCH],
-    outer: [f64; BATCH],
+    inner: Numbers,
+    outer: Numbers,
     /// Values at the ends of the edge that the bracket began with.
-    least: [f64; BATCH],
-    most: [f64; BATCH],
+    least: Numbers,
+    most: Numbers,
     /// Half the second derivative near the root, over the slope; magnitude.
-    curvature: [f64; BATCH],
+    curvature: Numbers,
     /// Where to evaluate next; the root of a settled lane.
-    at: [f64; BATCH],
+    at: Numbers,
     /// Length of the last step.
-    step: [f64; BATCH],
-    length: [f64; BATCH],
+    step: Numbers,
+    length: Numbers,
     /// All ones until the lane is settled, then zero.
-    open: [u64; BATCH],
-    value: [f64; BATCH],
-    slope: [f64; BATCH],
-    roots: [f64; BATCH],
+    open: [u64; BATCH + 8],
+    value: Numbers,
+    slope: Numbers,
+    roots: Numbers,
 }
 
 impl Default for Lanes {
     fn default() -> Self {
-        let zero = [0.0; BATCH];
+        let zero = [0.0; BATCH + 8];
         Self {
             nodes: [0; BATCH],
             place: [0; BATCH],
@@ -372,7 +379,7 @@ impl Default for Lanes {
             at: zero,
             step: zero,
             length: zero,
-            open: [0; BATCH],
+            open: [0; BATCH + 8],
             value: zero,
             slope: zero,
             roots: zero,
@@ -414,7 +421,7 @@ impl Lanes {
         for (lane, place) in self.place[..n].iter_mut().enumerate() {
             *place = lane as u16;
         }
-        open = arch.dispatch(Task { lanes: self, n, rounding, stage: Stage::Advance });
+        open = arch.dispatch(Task { lanes: self, n, rounding, stage: Stage::Restart });
         for _ in 0..MOST_ROUNDS {
             if open == 0 {
                 break;
@@ -518,12 +525,15 @@ impl Lanes {
             let (a, b) = (self.inner[lane], self.outer[lane]);
             let (at, value, slope) = (self.at[lane], self.value[lane], self.slope[lane]);
             let (to_a, to_b) = (a - at, b - at);
-            let (per_slope, per_gap) = (1.0 / slope, 1.0 / (to_a * to_b));
+            // One division for two: they are dear.
+            let (gap, span) = (to_a * to_b, b - a);
+            let per_both = 1.0 / (gap * span);
+            let (per_slope, per_gap, per_span) = (1.0 / slope, per_both * span, per_both * gap);
             let rise = |end: f64, to_end: f64| (end - value) - slope * to_end;
             let (at_a, at_b) = (to_b * per_gap, to_a * per_gap);
             let g_a = rise(self.least[lane], to_a) * (at_a * at_a);
             let g_b = rise(self.most[lane], to_b) * (at_b * at_b);
-            let change = (g_b - g_a) * (1.0 / (b - a));
+            let change = (g_b - g_a) * per_span;
             let here = g_a - change * to_a;
             let straight = -(value * per_slope);
             let bent = |d: f64| (here + change * d) * per_slope * d;
@@ -567,8 +577,13 @@ impl Lanes {
     }
 
     /// Takes a step in each open lane and returns how many lanes stay open.
+    ///
+    /// Where Newton's step is no good the bracket is halved; in the `FIRST` round, though, a lane
+    /// that is inside goes to the end outside. The field of a solid that ends in a plane is flat
+    /// inside of the plane (an edge in the plane sees the plane's own distance there) and smooth
+    /// outside, so that Newton's method leads from that end to the root at once.
     #[inline(always)]
-    fn advance(&mut self, n: usize, rounding: f64) -> usize {
+    fn advance<const FIRST: bool>(&mut self, n: usize, rounding: f64) -> usize {
         let mut still = 0;
         for lane in 0..n.min(BATCH) {
             let (at, value) = (self.at[lane], self.value[lane]);
@@ -594,12 +609,15 @@ impl Lanes {
             let converged = take & ((size <= tolerance) | !shrinks);
             let narrow = width <= tolerance;
 
+            let to_end = FIRST & inside & !take;
             let next = if take { newton } else { 0.5 * (inner + outer) };
+            let next = if to_end { outer } else { next };
             let next = if narrow & !converged { outer } else { next };
             let open = self.open[lane] != 0;
             self.inner[lane] = inner;
             self.outer[lane] = outer;
-            self.step[lane] = if take { size } else { 0.5 * width };
+            let reach = if to_end { 2.0 * width } else { 0.5 * width };
+            self.step[lane] = if take { size } else { reach };
             self.at[lane] = if open { next } else { at };
             let stays = open & !(converged | narrow);
             self.open[lane] = if stays { u64::MAX } else { 0 };
@@ -642,6 +660,7 @@ enum Stage {
     Start,
     Bend,
     Settle,
+    Restart,
     Advance,
 }
 
@@ -669,7 +688,8 @@ impl NullaryFnOnce for Task<'_> {
                 n
             }
             Stage::Settle => lanes.settle(n, rounding),
-            Stage::Advance => lanes.advance(n, rounding),
+            Stage::Restart => lanes.advance::<true>(n, rounding),
+            Stage::Advance => lanes.advance::<false>(n, rounding),
         }
     }
 }
