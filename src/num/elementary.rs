@@ -2,7 +2,8 @@
 //!
 //! Each is a fixed sequence of IEEE additions, multiplications and bit operations without
 //! branches, tables or fused operations, so that loops over it become vector code
-//! ([`lanes`](super::lanes)) and every engine returns its bits.
+//! ([`lanes`](super::lanes)) and every engine returns its bits. Sine and cosine are written over
+//! [packs](super::pack) of vectors, of which a number is the least.
 //!
 //! | function | largest error found | where |
 //! |---|---|---|
@@ -18,6 +19,8 @@
 //! argument reduction after Cody & Waite 1980; the polynomial of the exponential interpolates at
 //! Chebyshev nodes.
 
+use super::pack::Pack;
+use pulp::{Scalar, Simd};
 use std::f64::consts::{FRAC_2_PI, LOG2_E};
 
 /// Largest magnitude at which [`sin`] and [`cos`] use their own argument reduction, 2^20 π/2
@@ -39,21 +42,27 @@ const FRAC_PI_2: [f64; 4] = [
 /// log 2 in two parts; multiples up to 2^20 of the first are exact.
 const LN_2: [f64; 2] = [0.693_147_180_369_123_8, 1.908_214_929_270_587_7e-10];
 
-const SIGN: u64 = 1 << 63;
 const MANTISSA: u64 = (1 << 52) - 1;
 
 /// The sine of `x` radians.
 #[must_use]
 #[inline]
 pub fn sin(x: f64) -> f64 {
-    if reducible(x) { sin_reduced(x) } else { libm::sin(x) }
+    if reducible(x) { single(sin_reduced, x) } else { libm::sin(x) }
 }
 
 /// The cosine of `x` radians.
 #[must_use]
 #[inline]
 pub fn cos(x: f64) -> f64 {
-    if reducible(x) { cos_reduced(x) } else { libm::cos(x) }
+    if reducible(x) { single(cos_reduced, x) } else { libm::cos(x) }
+}
+
+/// What `f` makes of one number.
+#[inline(always)]
+fn single(f: impl Fn(Pack<Scalar, 1>) -> Pack<Scalar, 1>, x: f64) -> f64 {
+    let [value] = f(Pack::new(Scalar::new(), [x])).vectors();
+    value
 }
 
 /// Whether [`sin_reduced`] and [`cos_reduced`] hold at `x`.
@@ -64,50 +73,76 @@ pub(super) fn reducible(x: f64) -> bool {
 
 /// The sine of a [`reducible`] `x`; any number otherwise.
 #[inline(always)]
-pub(super) fn sin_reduced(x: f64) -> f64 {
-    let (rest, quadrant) = reduce(x.abs());
-    let (sine, cosine) = kernels(rest);
-    let magnitude = if quadrant & 1 == 0 { sine } else { cosine };
-    // The reduction sees |x|, so the function is odd by construction, at zero too.
-    f64::from_bits(magnitude.to_bits() ^ ((x.to_bits() ^ (quadrant << 62)) & SIGN))
+pub(super) fn sin_reduced<S: Simd, const N: usize>(x: Pack<S, N>) -> Pack<S, N> {
+    Angle::reduce(x.abs()).sin() ^ x.sign()
 }
 
 /// The cosine of a [`reducible`] `x`; any number otherwise.
 #[inline(always)]
-pub(super) fn cos_reduced(x: f64) -> f64 {
-    let (rest, quadrant) = reduce(x.abs());
-    let (sine, cosine) = kernels(rest);
-    let magnitude = if quadrant & 1 == 0 { cosine } else { sine };
-    f64::from_bits(magnitude.to_bits() ^ ((quadrant.wrapping_add(1) << 62) & SIGN))
+pub(super) fn cos_reduced<S: Simd, const N: usize>(x: Pack<S, N>) -> Pack<S, N> {
+    Angle::reduce(x.abs()).cos()
 }
 
 /// [`sin_reduced`] and [`cos_reduced`] of `x`.
 #[inline(always)]
-pub(super) fn sin_cos_reduced(x: f64) -> (f64, f64) {
-    (sin_reduced(x), cos_reduced(x))
+pub(super) fn sin_cos_reduced<S: Simd, const N: usize>(x: Pack<S, N>) -> [Pack<S, N>; 2] {
+    let angle = Angle::reduce(x.abs());
+    // The reduction sees |x|, so the sine is odd by construction, at zero too.
+    [angle.sin() ^ x.sign(), angle.cos()]
 }
 
-/// `x` less its nearest multiple of π/2, and that multiple in the low bits of a word.
-///
-/// Only the second difference loses anything, which `lost` recovers, and the last two round
-/// relative to the rest: where they cancel, all before them were exact. What π/2 lacks beyond its
-/// four parts stays below 2^-136, far below the least rest of a number up to the limit.
+/// An angle as a multiple of π/2 and a rest.
+#[derive(Clone, Copy)]
+struct Angle<S: Simd, const N: usize> {
+    /// The multiple in the low bits of words.
+    quadrant: Pack<S, N>,
+    /// Sine and cosine of the rest.
+    sine: Pack<S, N>,
+    cosine: Pack<S, N>,
+}
+
+impl<S: Simd, const N: usize> Angle<S, N> {
+    /// `x` as its nearest multiple of π/2 and a rest.
+    ///
+    /// Only the second difference loses anything, which `lost` recovers, and the last two round
+    /// relative to the rest: where they cancel, all before them were exact. What π/2 lacks beyond
+    /// its four parts stays below 2^-136, far below the least rest of a number up to the limit.
+    #[inline(always)]
+    fn reduce(x: Pack<S, N>) -> Self {
+        let quadrant = x * FRAC_2_PI + SHIFT;
+        let k = quadrant - SHIFT;
+        let [a, b, c, d] = FRAC_PI_2;
+        let (near, step) = (x - k * a, k * b);
+        let rest = near - step;
+        let lost = (near - rest) - step;
+        let rest = (rest - (k * c - lost)) - k * d;
+        let [sine, cosine] = kernels(rest);
+        Self { quadrant, sine, cosine }
+    }
+
+    #[inline(always)]
+    fn sin(self) -> Pack<S, N> {
+        self.quadrant.select(1, self.sine, self.cosine) ^ self.quadrant.sign_by(2)
+    }
+
+    #[inline(always)]
+    fn cos(self) -> Pack<S, N> {
+        let next = self.quadrant.next_bits();
+        self.quadrant.select(1, self.cosine, self.sine) ^ next.sign_by(2)
+    }
+}
+
+/// The polynomial in z with coefficients `c`, `w` being z²: summed in pairs, after Estrin, so that
+/// less waits for the step before.
 #[inline(always)]
-fn reduce(x: f64) -> (f64, u64) {
-    let shifted = x * FRAC_2_PI + SHIFT;
-    let k = shifted - SHIFT;
-    let [a, b, c, d] = FRAC_PI_2;
-    let (near, step) = (x - k * a, k * b);
-    let rest = near - step;
-    let lost = (near - rest) - step;
-    let rest = (rest - (k * c - lost)) - k * d;
-    (rest, shifted.to_bits())
+fn polynomial<S: Simd, const N: usize>(c: [f64; 6], z: Pack<S, N>, w: Pack<S, N>) -> Pack<S, N> {
+    (c[0] + z * c[1]) + w * ((c[2] + z * c[3]) + w * (c[4] + z * c[5]))
 }
 
 /// Sine and cosine for |x| up to a little above π/4.
 #[inline(always)]
-fn kernels(x: f64) -> (f64, f64) {
-    const S: [f64; 6] = [
+fn kernels<S: Simd, const N: usize>(x: Pack<S, N>) -> [Pack<S, N>; 2] {
+    const SINE: [f64; 6] = [
         -1.666_666_666_666_663_2e-1,
         8.333_333_333_322_49e-3,
         -1.984_126_982_985_795e-4,
@@ -115,7 +150,7 @@ fn kernels(x: f64) -> (f64, f64) {
         -2.505_076_025_340_686_3e-8,
         1.589_690_995_211_55e-10,
     ];
-    const C: [f64; 6] = [
+    const COSINE: [f64; 6] = [
         4.166_666_666_666_66e-2,
         -1.388_888_888_887_411e-3,
         2.480_158_728_947_673e-5,
@@ -124,13 +159,13 @@ fn kernels(x: f64) -> (f64, f64) {
         -1.135_964_755_778_819_5e-11,
     ];
     let z = x * x;
-    let sine = x + (z * x) * (S[0] + z * (S[1] + z * (S[2] + z * (S[3] + z * (S[4] + z * S[5])))));
-    let tail = C[0] + z * (C[1] + z * (C[2] + z * (C[3] + z * (C[4] + z * C[5]))));
+    let w = z * z;
+    let sine = x + (z * x) * polynomial(SINE, z, w);
     // 1 - z/2 rounds; what it loses is added back with the smaller terms.
     let half = 0.5 * z;
     let head = 1.0 - half;
-    let cosine = head + (((1.0 - head) - half) + (z * z) * tail);
-    (sine, cosine)
+    let cosine = head + (((1.0 - head) - half) + w * polynomial(COSINE, z, w));
+    [sine, cosine]
 }
 
 /// e to the power of `x`.

@@ -5,7 +5,8 @@
 //! 2.4 to 3 ns (AMD EPYC, one core of a shared machine).
 
 use super::elementary;
-use pulp::Arch;
+use super::pack::Pack;
+use pulp::{Arch, Simd, WithSimd};
 use std::sync::LazyLock;
 
 static HOST: LazyLock<Arch> = LazyLock::new(Arch::new);
@@ -55,11 +56,10 @@ pub fn map(f: impl Fn(f64) -> f64, x: &[f64], out: &mut [f64]) {
 /// # Panics
 /// If the lengths differ.
 pub fn sin(x: &[f64], out: &mut [f64]) {
-    dispatch(
-        #[inline(always)]
-        || map(elementary::sin_reduced, x, out),
-    );
-    repair(elementary::sin, x, out);
+    HOST.dispatch(Waves { x, out: [&mut *out], function: Sine });
+    if any_far(x) {
+        repair(elementary::sin, x, out);
+    }
 }
 
 /// `out[i] = cos(x[i])`.
@@ -67,11 +67,10 @@ pub fn sin(x: &[f64], out: &mut [f64]) {
 /// # Panics
 /// If the lengths differ.
 pub fn cos(x: &[f64], out: &mut [f64]) {
-    dispatch(
-        #[inline(always)]
-        || map(elementary::cos_reduced, x, out),
-    );
-    repair(elementary::cos, x, out);
+    HOST.dispatch(Waves { x, out: [&mut *out], function: Cosine });
+    if any_far(x) {
+        repair(elementary::cos, x, out);
+    }
 }
 
 /// `sine[i] = sin(x[i])` and `cosine[i] = cos(x[i])`, in about half of the time of the two.
@@ -79,22 +78,92 @@ pub fn cos(x: &[f64], out: &mut [f64]) {
 /// # Panics
 /// If the lengths differ.
 pub fn sin_cos(x: &[f64], sine: &mut [f64], cosine: &mut [f64]) {
-    assert_eq!(x.len(), sine.len(), "there are as many sines as angles");
-    assert_eq!(x.len(), cosine.len(), "there are as many cosines as angles");
-    let far = dispatch(
-        #[inline(always)]
-        || {
-            let mut far = false;
-            for ((sine, cosine), &x) in sine.iter_mut().zip(cosine.iter_mut()).zip(x) {
-                (*sine, *cosine) = elementary::sin_cos_reduced(x);
-                far |= !elementary::reducible(x);
-            }
-            far
-        },
-    );
-    if far {
+    HOST.dispatch(Waves { x, out: [&mut *sine, &mut *cosine], function: SineAndCosine });
+    if any_far(x) {
         repair(elementary::sin, x, sine);
         repair(elementary::cos, x, cosine);
+    }
+}
+
+/// A formula of one argument and `M` results.
+trait Formula<const M: usize>: Copy {
+    fn of<S: Simd, const N: usize>(self, x: Pack<S, N>) -> [Pack<S, N>; M];
+}
+
+/// [`sin_reduced`](elementary::sin_reduced).
+#[derive(Clone, Copy)]
+struct Sine;
+
+impl Formula<1> for Sine {
+    #[inline(always)]
+    fn of<S: Simd, const N: usize>(self, x: Pack<S, N>) -> [Pack<S, N>; 1] {
+        [elementary::sin_reduced(x)]
+    }
+}
+
+/// [`cos_reduced`](elementary::cos_reduced).
+#[derive(Clone, Copy)]
+struct Cosine;
+
+impl Formula<1> for Cosine {
+    #[inline(always)]
+    fn of<S: Simd, const N: usize>(self, x: Pack<S, N>) -> [Pack<S, N>; 1] {
+        [elementary::cos_reduced(x)]
+    }
+}
+
+/// [`sin_cos_reduced`](elementary::sin_cos_reduced).
+#[derive(Clone, Copy)]
+struct SineAndCosine;
+
+impl Formula<2> for SineAndCosine {
+    #[inline(always)]
+    fn of<S: Simd, const N: usize>(self, x: Pack<S, N>) -> [Pack<S, N>; 2] {
+        elementary::sin_cos_reduced(x)
+    }
+}
+
+/// `function` of every number of `x`, its results in `out`.
+struct Waves<'a, F, const M: usize> {
+    x: &'a [f64],
+    out: [&'a mut [f64]; M],
+    function: F,
+}
+
+/// Vectors that are computed side by side: more find no registers.
+const SIDE_BY_SIDE: usize = 2;
+
+impl<F: Formula<M>, const M: usize> WithSimd for Waves<'_, F, M> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { x, out, function } = self;
+        for out in &out {
+            assert_eq!(x.len(), out.len(), "there are as many results as arguments");
+        }
+        let lanes = SIDE_BY_SIDE * S::F64_LANES;
+        let whole = x.len() / lanes * lanes;
+        let (body, rest) = x.split_at(whole);
+        let mut out = out.map(
+            #[inline(always)]
+            |out| out.split_at_mut(whole),
+        );
+        for (i, x) in S::as_simd_f64s(body).0.as_chunks::<SIDE_BY_SIDE>().0.iter().enumerate() {
+            let results = function.of(Pack::new(simd, *x));
+            for (out, result) in out.iter_mut().zip(results) {
+                let chunks = S::as_mut_simd_f64s(out.0).0.as_chunks_mut::<SIDE_BY_SIDE>().0;
+                chunks[i] = result.vectors();
+            }
+        }
+        for (i, x) in rest.chunks(S::F64_LANES).enumerate() {
+            let results = function.of(Pack::new(simd, [simd.partial_load_f64s(x)]));
+            for (out, result) in out.iter_mut().zip(results) {
+                let [result] = result.vectors();
+                let out = &mut out.1[i * S::F64_LANES..][..x.len()];
+                simd.partial_store_f64s(out, result);
+            }
+        }
     }
 }
 
@@ -130,16 +199,21 @@ pub fn in_place(f: impl Fn(&[f64], &mut [f64]), values: &mut [f64]) {
     }
 }
 
+/// Whether an argument is beyond the fast path.
+fn any_far(x: &[f64]) -> bool {
+    // Of numbers without sign, the order is that of their bits, and NaN comes last.
+    const LIMIT: i64 = elementary::REDUCTION_LIMIT.to_bits() as i64;
+    let beyond = dispatch(
+        #[inline(always)]
+        || x.iter().fold(0, |beyond, x| beyond | (LIMIT - x.abs().to_bits() as i64)),
+    );
+    beyond < 0
+}
+
 /// Gives the answers of `whole` where the argument is beyond the fast path.
 fn repair(whole: impl Fn(f64) -> f64, x: &[f64], out: &mut [f64]) {
-    let far = dispatch(
-        #[inline(always)]
-        || x.iter().fold(false, |far, &x| far | !elementary::reducible(x)),
-    );
-    if far {
-        for (out, &x) in out.iter_mut().zip(x).filter(|(_, x)| !elementary::reducible(**x)) {
-            *out = whole(x);
-        }
+    for (out, &x) in out.iter_mut().zip(x).filter(|(_, x)| !elementary::reducible(**x)) {
+        *out = whole(x);
     }
 }
 

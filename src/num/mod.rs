@@ -8,6 +8,7 @@ pub mod elementary;
 mod exact;
 pub mod interval;
 pub mod lanes;
+mod pack;
 pub mod progress;
 
 pub use interval::Interval;
