@@ -2,13 +2,19 @@
 //!
 //! A grid is a product of three coordinate tables, so what depends on one axis is worth a table and
 //! what depends on two a plane. The sine and cosine of a sum whose terms depend on different axes
-//! are split by the addition theorems,
+//! are split by the addition theorems, after uniform factors are multiplied out, so that no sine or
+//! cosine of a plane wave is left under more than one axis. Everything else is copied. Both engines
+//! sample the lowered form, so their bits agree by construction.
 //!
-//! > sin(a + b) = sin a cos b + cos a sin b, cos(a + b) = cos a cos b - sin a sin b,
+//! The theorems are the product of two complex numbers, taken with three multiplications where both
+//! parts are wanted:
 //!
-//! after uniform factors are multiplied out, so that no sine or cosine of a plane wave is left
-//! under more than one axis. Everything else is copied. Both engines sample the lowered form, so
-//! their bits agree by construction.
+//! > k = cos b (sin a + cos a),
+//! > sin(a + b) = k + cos a (sin b - cos b), cos(a + b) = k - sin a (sin b + cos b).
+//!
+//! The sums in parentheses depend on fewer axes than the results, so of the six operations that the
+//! plain products take in the innermost loop five are left, and each number fetched there is used
+//! once, as the operand of a multiplication.
 //!
 //! **Distance from the source form.** Interval programs keep the source form, whose enclosures are
 //! tighter, and widen each split sine by [`Split::allowance`]. Let u = 2^-53, t the exact value of
@@ -16,10 +22,13 @@
 //! and n the number of operations multiplied out. The source's argument and the sum of the
 //! lowered parts each pass through at most n, respectively 2n, roundings of quantities at most
 //! about M, so they differ from t by at most n u M and 2 n u M. Sine and cosine are computed within
-//! 2u. A step of the theorem turns an error e of both its inputs into at most
-//! sqrt(2) (e + 2u) + 4u, so three parts end within 22u. The source's computed sine is within 2u of
-//! its own argument's. In all: 24 u + 3 n u M; the allowance is (32 + 4 n M) u, which covers the
-//! rounding of M and of itself. The result never exceeds 1 by more than 32 u, whatever M.
+//! 2u. The theorem's identities hold for any four numbers, so the errors of its inputs, e and 2u,
+//! pass as through the plain products: sqrt(2) (e + 2u). Of the roundings, those of the two sums and
+//! of the two products are of numbers up to sqrt(2), that of the result of one up to 1: at most
+//! (4 sqrt(2) + 1) u < 7u. So three parts, which is the most, end within 28u. The source's computed
+//! sine is within 2u of its own argument's. In all: 30 u + 3 n u M; the allowance is (40 + 4 n M) u,
+//! which covers the rounding of M and of itself. The result never exceeds 1 by more than 40 u,
+//! whatever M.
 
 use crate::expr::{AxisSet, Binary, Graph, Node, NodeId, Unary, depends};
 use rustc_hash::FxHashMap;
@@ -85,11 +94,11 @@ impl Split {
     /// magnitudes of the terms sum up to at most `magnitude`.
     #[must_use]
     pub fn allowance(&self, magnitude: f64) -> f64 {
-        (32.0 + 4.0 * self.steps as f64 * magnitude) * UNIT
+        (40.0 + 4.0 * self.steps as f64 * magnitude) * UNIT
     }
 
     /// The largest magnitude of a split sine or cosine.
-    pub const LARGEST: f64 = 1.0 + 32.0 * UNIT;
+    pub const LARGEST: f64 = 1.0 + 40.0 * UNIT;
 }
 
 /// The lowered form of `root`.
@@ -234,9 +243,10 @@ fn wave(graph: &mut Graph, op: Unary, parts: &[NodeId]) -> NodeId {
     let zero = graph.constant(0.0);
     let [mut sin, mut cos] = leaf(graph).unwrap_or([zero; 2]);
     while let Some([s, c]) = leaf(graph) {
-        let (sc, cs) = (graph.mul(sin, c), graph.mul(cos, s));
-        let (cc, ss) = (graph.mul(cos, c), graph.mul(sin, s));
-        (sin, cos) = (graph.add(sc, cs), graph.sub(cc, ss));
+        let (less, more, both) = (graph.sub(s, c), graph.add(s, c), graph.add(sin, cos));
+        let common = graph.mul(c, both);
+        let (cosines, sines) = (graph.mul(cos, less), graph.mul(sin, more));
+        (sin, cos) = (graph.add(common, cosines), graph.sub(common, sines));
     }
     if op == Unary::Sin { sin } else { cos }
 }
