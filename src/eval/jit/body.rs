@@ -4,7 +4,7 @@
 //! and is recorded in the function's [`Reach`].
 
 use super::call::{BEGIN, Base, END, Reach};
-use super::ops;
+use super::ops::Signs;
 use cranelift_codegen::ir::condcodes::IntCC;
 use cranelift_codegen::ir::types::{F64, F64X2, I16, I64};
 use cranelift_codegen::ir::{Block, BlockArg, InstBuilder, MemFlagsData, Value};
@@ -184,8 +184,8 @@ impl<'a> Body<'a> {
     }
 
     /// Stores the signs of sixteen lanes as the word that `pointer` addresses.
-    pub(super) fn store_signs(&mut self, row: [Value; 8], pointer: Pointer) {
-        let bits = ops::signs(&mut self.builder, row);
+    pub(super) fn store_signs(&mut self, row: Signs, pointer: Pointer) {
+        let bits = row.finish();
         self.reach.extend(pointer.base, pointer.extent + size_of::<u16>());
         let flags = MemFlagsData::new().with_notrap();
         let word = self.builder.ins().ireduce(I16, bits);

@@ -1,9 +1,9 @@
 //! Programs over bricks: the signs or the values of 16 x 16 x 16 samples.
 //!
-//! Values on x and y are computed once a brick; then, plane by plane, those on x and z and on y
-//! and z, and then those on all axes, row by row. The results of the last loop are packed into
-//! signs in registers. Where the whole expression is an extremum of which a brick needs one side
-//! only, that side's last loop packs the signs.
+//! Values on two axes are computed once a brick, 256 of them; then, plane by plane, those on all
+//! axes, row by row. So calls of precompiled code for values on two axes are one a brick. The
+//! results of the last loop are packed into signs in registers. Where the whole expression is an
+//! extremum of which a brick needs one side only, that side's last loop packs the signs.
 
 use super::action::{Action, Emit, Fill, Gather, Run, actions};
 use super::assembly::Assembly;
@@ -12,9 +12,10 @@ use super::call::{Arguments, Code};
 use super::calls::{Call, Operand, PLANE, ROW, Source, Spread};
 use super::flow::{self, Flow, Item, Kind};
 use super::layout::{self, Home, Users};
+use super::ops::Signs;
 use super::segment::{Access, LANES, Lanes};
 use super::volume::{self, SAMPLES, Volume};
-use super::window::{VECTORS, Window, across, buffer_len};
+use super::window::{VECTORS, Window, across, is_edge};
 use super::{CompileError, check_size};
 use crate::eval::BRICK;
 use crate::eval::leaves::Leaves;
@@ -40,6 +41,7 @@ pub(super) struct Brick {
     pub(super) code: Code,
     volumes: Vec<Volume>,
     across: Vec<Action>,
+    edges: Vec<Action>,
     planes: Vec<Action>,
     /// Numbers of scratch memory.
     pub(super) scratch: usize,
@@ -56,12 +58,14 @@ impl Brick {
         let plan = Plan::new(schedule, leaves, yields);
         check_size(plan.scratch)?;
         let mut part =
-            Part { plan: &plan, assembly: &mut assembly, flow: &plan.across, planes: false };
+            Part { plan: &plan, assembly: &mut assembly, flow: &plan.across, steps: Steps::Once };
         let across = actions(&plan.across, &mut part, false)?;
-        let mut part = Part { flow: &plan.planes, planes: true, ..part };
+        let mut part = Part { flow: &plan.edges, steps: Steps::Planes, ..part };
+        let edges = actions(&plan.edges, &mut part, false)?;
+        let mut part = Part { flow: &plan.planes, steps: Steps::Results, ..part };
         let planes = actions(&plan.planes, &mut part, true)?;
         let (volumes, scratch) = (plan.volumes, plan.scratch);
-        Ok(Self { code: assembly.finish()?, volumes, across, planes, scratch })
+        Ok(Self { code: assembly.finish()?, volumes, across, edges, planes, scratch })
     }
 
     /// Runs the program.
@@ -74,6 +78,7 @@ impl Brick {
             volume.run(arguments, run.staging, &run.tiles.oracles)?;
         }
         run.actions(&self.across, arguments, 0..1)?;
+        run.actions(&self.edges, arguments, 0..BRICK)?;
         if let [Action::Code(number)] = self.planes[..] {
             run.code.call(number, arguments, 0..BRICK);
             return Ok(());
@@ -87,7 +92,9 @@ struct Plan<'a> {
     schedule: &'a Schedule,
     users: Users,
     homes: Vec<Home>,
+    /// Values on x and y; on z and one other axis; on all three.
     across: Flow,
+    edges: Flow,
     planes: Flow,
     volumes: Vec<Volume>,
     root: Position,
@@ -95,6 +102,8 @@ struct Plan<'a> {
     scratch: usize,
     /// Whether each side of the outermost extrema is compiled for itself.
     specialised: bool,
+    /// Vectors that a short loop computes at once if it is not.
+    vectors: usize,
     /// Extrema that are nothing to do where their first side is dead, with the second operand, in
     /// whose buffer they are computed.
     heirs: FxHashMap<Position, Position>,
@@ -104,10 +113,12 @@ struct Plan<'a> {
 
 /// Operations on all axes up to which a program is compiled for each side of its outermost extrema.
 const SPECIALISED: usize = 48;
+/// Operations up to which the short loops of a program that is not are unrolled further.
+const UNROLLED: usize = 1024;
 /// Depth to which extrema are followed for that.
 const DEPTH: usize = 3;
 /// Operations up to which a loop computes the vectors of a whole row at once.
-const ROW_AT_ONCE: usize = 12;
+const ROW_AT_ONCE: usize = 32;
 
 impl<'a> Plan<'a> {
     fn new(schedule: &'a Schedule, leaves: &Leaves, yields: Yield) -> Self {
@@ -123,13 +134,17 @@ impl<'a> Plan<'a> {
             Flow::new(schedule, computed, kind, &FxHashSet::default())
         };
         let across_flow = flow(&|axes| axes == across());
-        let planes = flow(&|axes| axes.len() >= 2 && axes.contains(Axis::Z));
+        let edges = flow(&is_edge);
+        let planes = flow(&|axes| axes == AxisSet::ALL);
+        let operations = edges.ops(0..edges.items.len()) + planes.ops(0..planes.items.len());
         let mut plan = Self {
-            specialised: planes.ops(0..planes.items.len()) <= SPECIALISED,
+            specialised: operations <= SPECIALISED,
+            vectors: if operations <= UNROLLED { VECTORS / 2 } else { VECTORS / 4 },
             schedule,
             users,
             homes: vec![Home::Register; tape.len()],
             across: across_flow,
+            edges,
             planes,
             volumes: Vec::new(),
             root: tape.outputs()[0],
@@ -182,19 +197,16 @@ impl<'a> Plan<'a> {
             self.homes[p.index()] =
                 layout::leaf(self.schedule, leaves, p).unwrap_or(Home::Register);
         }
-        let flows = [&self.across, &self.planes];
+        let flows = [&self.across, &self.edges, &self.planes];
         let kept = layout::kept(tape, &self.users, &flows, &[self.root]);
         let on = |axes: &dyn Fn(AxisSet) -> bool| {
             let chosen = kept.iter().filter(|k| axes(tape.axes(k.position)));
             chosen.copied().collect::<Vec<_>>()
         };
         let homes = &mut self.homes;
-        let rows = on(&|axes| !across().is_subset(axes));
-        let planes = on(&|axes| axes == across());
+        let flat = on(&|axes| axes.len() == 2);
         let all = on(&|axes| axes == AxisSet::ALL);
-        let none = FxHashMap::default();
-        let end = layout::place(&rows, homes, 0, ROW, false, &none);
-        let end = layout::place(&planes, homes, end, PLANE, false, &none);
+        let end = layout::place(&flat, homes, 0, PLANE, false, &FxHashMap::default());
         self.scratch = layout::place(&all, homes, end, PLANE, !self.specialised, &self.heirs);
     }
 
@@ -216,7 +228,7 @@ impl<'a> Plan<'a> {
             self.homes[p.index()] = Home::Volume(first);
             self.volumes.push(Volume {
                 oracle: oracle.index(),
-                at: operands.map(|o| self.source(o, false)),
+                at: operands.map(|o| self.source(o, AxisSet::EMPTY)),
                 first,
                 bits,
                 loser: losers.get(&p).map(|(_, loser)| *loser),
@@ -224,8 +236,11 @@ impl<'a> Plan<'a> {
         }
     }
 
-    /// Where a call finds the numbers of an operand; those of one plane, or of all.
-    fn source(&self, p: Position, of_plane: bool) -> Source {
+    /// Where a call at rate `rate` finds the numbers of an operand: those of one plane if the rate
+    /// is all axes, else those of the brick.
+    fn source(&self, p: Position, rate: AxisSet) -> Source {
+        let of_plane = rate == AxisSet::ALL;
+        let is_edge = is_edge(self.schedule.tape().axes(p));
         match self.homes[p.index()] {
             Home::Register => unreachable!("an operand of a call has a home"),
             Home::Constant(value) => Source::Constant(value),
@@ -233,23 +248,28 @@ impl<'a> Plan<'a> {
             Home::Table(axis, number) => {
                 Source::Table { axis, first: number * ROW, per_plane: of_plane && axis == Axis::Z }
             }
+            Home::Buffer(first) if of_plane && is_edge => Source::Scratch { first, plane: ROW },
             Home::Buffer(first) => Source::Scratch { first, plane: 0 },
             Home::Volume(first) => Source::Scratch { first, plane: PLANE },
         }
     }
 
+    /// An operand of a call at rate `rate`, whose lanes are rows: along x if that is among the
+    /// rate's axes, else along y; one for each number along y, or along z if there is no other.
     fn operand(&self, p: Position, rate: AxisSet) -> Operand {
         let axes = self.schedule.tape().axes(p);
-        let along = if rate.contains(Axis::X) { Axis::X } else { Axis::Y };
-        let varies = Axis::ALL.map(|axis| axis != Axis::Z && axes.contains(axis));
-        let spread = match varies {
-            [false, false, _] => Spread::One,
-            _ if axes == rate || across().is_subset(axes) => Spread::Lanes,
-            [true, ..] if across().is_subset(rate) => Spread::Rows,
-            [_, true, _] if along == Axis::X => Spread::Columns,
-            _ => Spread::Lanes,
+        let (along, across) = match (rate.contains(Axis::X), rate.contains(Axis::Y)) {
+            (true, true) => (Axis::X, Axis::Y),
+            (true, false) => (Axis::X, Axis::Z),
+            (false, _) => (Axis::Y, Axis::Z),
         };
-        Operand { source: self.source(p, true), spread }
+        let spread = match (axes.contains(along), axes.contains(across)) {
+            (true, true) => Spread::Lanes,
+            (true, false) => Spread::Rows,
+            (false, true) => Spread::Columns,
+            (false, false) => Spread::One,
+        };
+        Operand { source: self.source(p, rate), spread }
     }
 
     /// Emits the items in `items`, results going to memory.
@@ -316,7 +336,7 @@ impl<'a> Plan<'a> {
                 (0..VECTORS).for_each(|v| body.store(lanes, pointer, first + v * LANES));
             }
         };
-        if buffer_len(axes) == ROW {
+        if is_edge(axes) {
             write(body, window);
         } else {
             body.repeat(ROW, |body, row| {
@@ -342,8 +362,9 @@ impl<'a> Plan<'a> {
         let window = Window::new(body, plane);
         let vectors = match ops.len() {
             1 => VECTORS,
+            0..=4 if self.specialised => VECTORS,
+            0..=4 => self.vectors,
             _ if !self.specialised => 1,
-            0..=4 => VECTORS,
             5..=8 => VECTORS / 2,
             9..=24 => VECTORS / 4,
             _ => 1,
@@ -410,7 +431,8 @@ impl<'a> Plan<'a> {
             let window = window.in_row(body, row);
             let access = |p| self.access(&window, p, AxisSet::ALL);
             let mut lanes = Lanes::new(body, tape, ops, Some(value), &access);
-            let results = std::array::from_fn(|vector| {
+            let mut signs = Signs::default();
+            for vector in 0..VECTORS {
                 lanes.compute(body, vector, &access);
                 for &p in &stored {
                     let value = lanes.value(body, p, vector, &access);
@@ -418,15 +440,14 @@ impl<'a> Plan<'a> {
                         body.store(value, pointer, first + vector * LANES);
                     }
                 }
-                lanes.value(body, value, vector, &access)
-            });
-            match self.yields {
-                Yield::Signs => body.store_signs(results, window.signs),
-                Yield::Values => {
-                    for (vector, result) in results.into_iter().enumerate() {
-                        body.store(result, window.values, vector * LANES);
-                    }
+                let result = lanes.value(body, value, vector, &access);
+                match self.yields {
+                    Yield::Signs => signs.push(&mut body.builder, result),
+                    Yield::Values => body.store(result, window.values, vector * LANES),
                 }
+            }
+            if self.yields == Yield::Signs {
+                body.store_signs(signs, window.signs);
             }
         });
     }
@@ -539,23 +560,35 @@ fn top_level(flow: &Flow, range: Range<usize>) -> Vec<usize> {
     list
 }
 
-/// The generation of one of the two flows.
+/// What the functions of a flow run over.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Steps {
+    /// Everything at once.
+    Once,
+    /// The planes of a brick.
+    Planes,
+    /// The same, the last function yielding the results.
+    Results,
+}
+
+/// The generation of one of the flows.
 struct Part<'a, 'b> {
     plan: &'b Plan<'a>,
     assembly: &'b mut Assembly,
     flow: &'b Flow,
-    planes: bool,
+    steps: Steps,
 }
 
 impl Emit for Part<'_, '_> {
     fn code(&mut self, items: Range<usize>, last: bool) -> Result<usize, CompileError> {
-        let Self { plan, assembly, flow, planes } = self;
-        if !*planes {
+        let Self { plan, assembly, flow, steps } = self;
+        if *steps == Steps::Once {
             return assembly.define(1, |body| plan.items(body, flow, items, None));
         }
+        let concludes = last && *steps == Steps::Results;
         assembly.define(BRICK, |body| {
             body.steps(|body, plane| {
-                if last {
+                if concludes {
                     plan.conclude(body, &top_level(flow, items), plan.root, plane, 0);
                 } else {
                     plan.items(body, flow, items, Some(plane));
@@ -569,7 +602,7 @@ impl Emit for Part<'_, '_> {
         let rate = tape.axes(ops[0]);
         let buffer = |p: Position| self.plan.homes[p.index()].buffer();
         let result = |p| buffer(p).expect("a result of a call is kept");
-        Call::new(tape, ops, buffer_len(rate), |p| self.plan.operand(p, rate), result)
+        Call::new(tape, ops, PLANE, |p| self.plan.operand(p, rate), result)
     }
 
     fn gather(&self, _: &[Position]) -> Vec<Gather> {
@@ -578,9 +611,6 @@ impl Emit for Part<'_, '_> {
 
     fn fill(&self, (p, value): (Position, f64)) -> Option<Fill> {
         let first = self.plan.homes[p.index()].buffer()?;
-        if self.plan.unseen.contains(&p) {
-            return None;
-        }
-        Some(Fill { first, len: buffer_len(self.plan.schedule.tape().axes(p)), value })
+        (!self.plan.unseen.contains(&p)).then_some(Fill { first, len: PLANE, value })
     }
 }

@@ -154,24 +154,43 @@ pub(super) fn pick(
     builder.ins().bitselect(first, c, d)
 }
 
-/// Sixteen bits, one a lane of `rows` in order: set where the lane is below zero.
-pub(super) fn signs(builder: &mut FunctionBuilder<'_>, row: [Value; 8]) -> Value {
-    let zero = constant(builder, 0.0);
-    // Masks keep their order through saturating halvings: -1 stays -1, and a lane that is two
-    // equal halves becomes one.
-    let masks = row.map(|lanes| {
+/// The signs of a row of sixteen lanes, packed as its vectors are made: few registers are held.
+#[derive(Debug, Default)]
+pub(super) struct Signs {
+    /// Masks of 1, 2 and 4 vectors that wait for their like.
+    waiting: [Option<Value>; 3],
+    bits: Option<Value>,
+}
+
+impl Signs {
+    /// Takes the next two lanes.
+    pub(super) fn push(&mut self, builder: &mut FunctionBuilder<'_>, lanes: Value) {
+        let zero = constant(builder, 0.0);
         let mask = builder.ins().fcmp(FloatCC::LessThan, lanes, zero);
-        cast(builder, I32X4, mask)
-    });
-    let [a, b, c, d, e, f, g, h] = masks;
-    let quarters = [[a, b], [c, d], [e, f], [g, h]].map(|[low, high]| {
-        let halves = builder.ins().snarrow(low, high);
-        cast(builder, I32X4, halves)
-    });
-    let low = builder.ins().snarrow(quarters[0], quarters[1]);
-    let high = builder.ins().snarrow(quarters[2], quarters[3]);
-    let bytes = builder.ins().snarrow(low, high);
-    builder.ins().vhigh_bits(I32, bytes)
+        let mut mask = cast(builder, I32X4, mask);
+        // Masks keep their order through saturating halvings: -1 stays -1, and a lane that is two
+        // equal halves becomes one.
+        for (level, waiting) in self.waiting.iter_mut().enumerate() {
+            let Some(low) = waiting.take() else {
+                *waiting = Some(mask);
+                return;
+            };
+            let halves = builder.ins().snarrow(low, mask);
+            mask = match level {
+                0 => cast(builder, I32X4, halves),
+                _ => halves,
+            };
+        }
+        self.bits = Some(builder.ins().vhigh_bits(I32, mask));
+    }
+
+    /// Sixteen bits, one a lane in order: set where the lane is below zero.
+    ///
+    /// # Panics
+    /// Unless eight vectors were taken.
+    pub(super) fn finish(self) -> Value {
+        self.bits.expect("a row has eight vectors")
+    }
 }
 
 #[cfg(test)]

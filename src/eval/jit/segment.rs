@@ -20,9 +20,9 @@ pub(super) enum Access {
 /// A vector holds this many lanes.
 pub(super) const LANES: usize = 2;
 
-/// More values than this that are the same in all lanes are fetched at every use: registers are
-/// few, and a fetch folds into the operation.
-const KEPT: usize = 6;
+/// Values that are the same in all lanes, beyond so many, are fetched at every use: registers are
+/// few.
+const KEPT: usize = 9;
 
 /// The operations of a loop's body, computed for one vector of lanes after the other.
 pub(super) struct Lanes<'a> {
@@ -47,14 +47,11 @@ impl<'a> Lanes<'a> {
         for operand in operands.filter(|operand| !own.contains(operand)) {
             let place = access(operand);
             if matches!(place, Access::Constant(_) | Access::Splat(..))
-                && uniform.len() <= KEPT
+                && uniform.len() < KEPT
                 && uniform.iter().all(|(p, _)| *p != operand)
             {
                 uniform.push((operand, place));
             }
-        }
-        if uniform.len() > KEPT {
-            uniform.clear();
         }
         let uniform = uniform.into_iter().map(|(p, place)| (p, fetch(body, place, 0))).collect();
         Self { tape, ops, uniform, values: FxHashMap::default() }

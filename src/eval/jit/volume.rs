@@ -1,7 +1,7 @@
 //! Oracles that are asked once a brick.
 //!
-//! Where the coordinates of an oracle are values on x alone, on y alone and on z alone, one brick
-//! query answers for all samples of a brick.
+//! Where the coordinates of an oracle are values on x alone, on y alone and on z alone, none of them
+//! uniform, one brick query answers for all samples of a brick.
 
 use super::call::Arguments;
 use super::calls::{Operand, PLANE, ROW, Source, Spread, Staging};
@@ -43,7 +43,7 @@ pub(super) fn volumes(schedule: &Schedule, users: &Users) -> Vec<Position> {
             matches!(tape.op(q), Op::Oracle(other, Output::Partial(_), other_at)
                 if other == oracle && other_at == at)
         });
-        apart && !gradient && tape.axes(*p).len() >= 2
+        apart && !gradient && tape.axes(*p) == AxisSet::ALL
     };
     tape.positions().filter(is_volume).collect()
 }

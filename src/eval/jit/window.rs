@@ -1,8 +1,8 @@
 //! How the loops over a brick step through memory.
 //!
-//! A brick is computed plane by plane; what depends on x and y alone is computed once before.
-//! Values on x and another axis lie in rows of sixteen along x, values on y and z in one row along
-//! y. Tables hold sixteen numbers for every brick along their axis.
+//! What depends on two axes is computed once a brick, the rest plane by plane. Values on x and
+//! another axis lie in rows of sixteen along x, values on y and z in rows along y: a row for every
+//! number along y, or along z if they depend on that and one other axis. Tables hold sixteen numbers for every brick along their axis.
 
 use super::body::{Body, Index, Pointer};
 use super::call::Base;
@@ -22,9 +22,9 @@ pub(super) fn across() -> AxisSet {
     AxisSet::only(Axis::X).union(AxisSet::only(Axis::Y))
 }
 
-/// Numbers of a buffer for values on `axes`.
-pub(super) fn buffer_len(axes: AxisSet) -> usize {
-    if across().is_subset(axes) { PLANE } else { ROW }
+/// Whether values on `axes` are those on z and one other axis.
+pub(super) fn is_edge(axes: AxisSet) -> bool {
+    axes.len() == 2 && axes.contains(Axis::Z)
 }
 
 /// The addresses that a loop's body reads and writes at.
@@ -32,7 +32,7 @@ pub(super) fn buffer_len(axes: AxisSet) -> usize {
 pub(super) struct Window {
     tables: [Pointer; 3],
     uniforms: Pointer,
-    /// The first lane of values on one row for all.
+    /// The first lane of values in a row for each plane.
     line: Pointer,
     /// The first lane of values in rows.
     row: Pointer,
@@ -63,6 +63,8 @@ impl Window {
         if let Some(plane) = plane {
             let z = &mut window.tables[Axis::Z.index()];
             *z = body.advance(*z, plane, NUMBER);
+            window.line = body.advance(window.line, plane, ROW * NUMBER);
+            window.column = window.line;
             window.volume = body.advance(window.volume, plane, PLANE * NUMBER);
             window.values = body.advance(window.values, plane, PLANE * NUMBER);
             window.signs = body.advance(window.signs, plane, ROW * size_of::<u16>());
