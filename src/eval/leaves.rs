@@ -19,11 +19,13 @@ pub struct Leaves {
 }
 
 impl Leaves {
-    /// The leaves of a brick program and the three line programs.
+    /// The leaves of brick programs and the three line programs.
     #[must_use]
-    pub fn new(brick: &Schedule, lines: &[Schedule; 3]) -> Self {
+    pub fn new(bricks: &[&Schedule], lines: &[Schedule; 3]) -> Self {
         let mut leaves = Self::default();
-        leaves.collect(brick, |_| true);
+        for brick in bricks {
+            leaves.collect(brick, |_| true);
+        }
         for (schedule, axis) in lines.iter().zip(Axis::ALL) {
             // Values along the line's own axis are computed where no node is.
             leaves.collect(schedule, |p| !schedule.tape().axes(p).contains(axis));

@@ -64,15 +64,17 @@ fn first(brick: [u32; 3]) -> [usize; 3] {
 }
 
 impl Machine {
-    /// Readies the programs of the given schedules for `engine`.
+    /// Readies the programs of the given schedules for `engine`: those of the bricks, values and
+    /// [signs](super::sign), and those of the lines.
     pub(super) fn new(
         engine: Engine,
-        brick: &Schedule,
+        bricks: [&Schedule; 2],
         lines: &[Schedule; 3],
         leaves: &Leaves,
         oracles: &[Arc<dyn Oracle>],
     ) -> Result<Self, CompileError> {
-        let compiled = || Compiled::new(brick, lines, leaves).map(Box::new).map(Self::Compiled);
+        let [brick, _] = bricks;
+        let compiled = || Compiled::new(bricks, lines, leaves).map(Box::new).map(Self::Compiled);
         let interpreted = || {
             let line = |axis: Axis| LineProgram::new(&lines[axis.index()], leaves, oracles, axis);
             let brick = BrickProgram::new(brick, leaves, oracles);

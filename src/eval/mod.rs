@@ -16,6 +16,7 @@ pub mod program;
 pub mod regions;
 pub mod sampler;
 pub mod schedule;
+pub mod sign;
 pub mod tape;
 
 pub use program::{Bound, Engine, Program, ProgramError, Workspace};

@@ -14,6 +14,7 @@ use super::machine::{Inputs, Machine, Memory};
 use super::regions::Bits;
 use super::sampler::{BRICK, BrickSigns, End, NodeBox, Sampler};
 use super::schedule::Schedule;
+use super::sign;
 use super::tape::Tape;
 use crate::expr::{Failure, Graph, NodeId, derive};
 use crate::geom::Axis;
@@ -72,13 +73,16 @@ impl Program {
         let lowered_bits = bits.through(|id| lowered.image(id));
         let tape = Tape::new(&lowered.graph, &[lowered.root]);
         let brick = Schedule::brick(&tape, &lowered_bits);
+        let signs = sign::form(&mut lowered.graph, lowered.root);
+        let tape = Tape::new(&lowered.graph, &[signs.root]);
+        let signs = Schedule::brick(&tape, &lowered_bits.onto(&signs.choices));
         let lines = Axis::ALL.map(|axis| {
             let tape = Tape::new(&lowered.graph, &[lowered.root, slopes[axis.index()]]);
             Schedule::line(&tape, &lowered_bits, axis)
         });
-        let leaves = Leaves::new(&brick, &lines);
+        let leaves = Leaves::new(&[&brick, &signs], &lines);
         let oracles = lowered.graph.oracles();
-        let machine = Machine::new(engine, &brick, &lines, &leaves, oracles)?;
+        let machine = Machine::new(engine, [&brick, &signs], &lines, &leaves, oracles)?;
         Ok(Self(Arc::new(Parts { bits, lowered, box_leaves, boxes, leaves, machine })))
     }
 

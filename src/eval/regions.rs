@@ -46,8 +46,8 @@ struct Region {
     bit: Option<u32>,
 }
 
-/// A choice by the nodes that it compares.
-type Key = (Extremum, NodeId, NodeId);
+/// A choice by its extremum and the nodes that it compares.
+pub type Key = (Extremum, NodeId, NodeId);
 
 /// The activity bits of the choices of an expression.
 #[derive(Clone, Debug, Default)]
@@ -121,6 +121,20 @@ impl Bits {
             if let (Some(a), Some(b)) = (image(a), image(b)) {
                 mapped.entry((extremum, a, b)).or_insert(bits);
             }
+        }
+        Self { choices: mapped, count: self.count }
+    }
+
+    /// The same bits for an expression whose choices have become others, as `choices` says.
+    #[must_use]
+    pub fn onto(&self, choices: &[(Key, Key)]) -> Self {
+        let mut found: Vec<(Key, ChoiceBits)> = (choices.iter())
+            .filter_map(|(old, new)| self.choices.get(old).map(|bits| (*new, *bits)))
+            .collect();
+        found.sort_by_key(|(_, bits)| bits.sides);
+        let mut mapped = FxHashMap::default();
+        for (choice, bits) in found {
+            mapped.entry(choice).or_insert(bits);
         }
         Self { choices: mapped, count: self.count }
     }

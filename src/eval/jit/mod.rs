@@ -86,14 +86,14 @@ pub struct Workspace {
 }
 
 impl Compiled {
-    /// Compiles the programs of the given schedules: that of the bricks, whose output is the
-    /// value, and those of the lines along each axis, whose outputs are the value and its
-    /// derivative along the axis.
+    /// Compiles the programs of the given schedules: those of the bricks, whose outputs are the
+    /// value and [what has its sign](super::sign), and those of the lines along each axis, whose
+    /// outputs are the value and its derivative along the axis.
     ///
     /// # Errors
     /// [`CompileError`]; the interpreter needs no compiler.
     pub fn new(
-        brick: &Schedule,
+        [brick, signs]: [&Schedule; 2],
         lines: &[Schedule; 3],
         leaves: &Leaves,
     ) -> Result<Self, CompileError> {
@@ -102,7 +102,7 @@ impl Compiled {
         // Compiling is most of the time of a small job.
         let line = |axis: Axis| Line::compile(&lines[axis.index()], leaves, axis);
         let (signs, (x, (y, z))) = rayon::join(
-            || Brick::compile(brick, leaves, Yield::Signs),
+            || Brick::compile(signs, leaves, Yield::Signs),
             || rayon::join(|| line(Axis::X), || rayon::join(|| line(Axis::Y), || line(Axis::Z))),
         );
         Ok(Self {
@@ -158,7 +158,7 @@ impl Compiled {
     /// [`Failure`] of an oracle.
     ///
     /// # Panics
-    /// If the code generator, which has compiled the same operations for the signs, now fails.
+    /// If the code generator, which has compiled the same operations for the lines, now fails.
     pub fn values(
         &self,
         workspace: &mut Workspace,
@@ -169,8 +169,11 @@ impl Compiled {
     ) -> Result<(), Failure> {
         let compile = || Brick::compile(&self.schedule, &self.leaves, Yield::Values);
         let program = self.values.get_or_init(compile).as_ref();
-        let program = program.expect("the signs of the same expression were compiled");
+        let program = program.expect("the lines of the same expression were compiled");
         let Workspace { scratch, staging, .. } = workspace;
+        if scratch.len() < program.scratch {
+            scratch.resize(program.scratch, 0.0);
+        }
         let mut arguments = Arguments {
             tables: Axis::ALL.map(|axis| tiles.tile(axis, brick[axis.index()])),
             uniforms: &tiles.uniforms,

@@ -356,6 +356,15 @@ pub(crate) fn oracles(engine: Engine) {
         let values = values.map(|at| oracle(graph, [0.1, 0.2, 0.3], Output::Value, at));
         values.into_iter().reduce(|a, b| graph.min(a, b)).unwrap()
     });
+    run("arithmetic on oracles on few axes", &|graph, [x, y, z]| {
+        let half = graph.constant(0.5);
+        let values = [[x, y, half], [x, half, z], [half, y, z], [half, half, z]].map(|at| {
+            let value = oracle(graph, [0.1, 0.2, 0.3], Output::Value, at);
+            let square = graph.mul(value, value);
+            graph.sub(square, value)
+        });
+        values.into_iter().reduce(|a, b| graph.add(a, b)).unwrap()
+    });
     run("value and gradient of an oracle", &|graph, at| {
         let ball: Arc<dyn Oracle> =
             Arc::new(Ball { center: [0.1, 0.2, 0.3], radius: 0.6, fails: false });
