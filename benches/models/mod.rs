@@ -62,6 +62,18 @@ pub const GYROID_GRADED: Model = Model {
           + sin(tau*z*(1+x*y*z/8))*cos(tau*x*(1+x*y*z/8))'",
 };
 
+/// A wave whose length changes along another axis.
+pub const WAVE_GRADED_Z: Model = Model { name: "wave-graded-z", text: "'sin(2*pi*x*(1+0.2*z))'" };
+/// A gyroid whose cells change along z: sines of two axes.
+pub const GYROID_GRADED_Z: Model = Model {
+    name: "gyroid-graded-z",
+    text: "'sin(tau*x*(1+0.2*z))*cos(tau*y*(1+0.2*z)) \
+          + sin(tau*y*(1+0.2*z))*cos(tau*z*(1+0.1*z)) \
+          + sin(tau*z*(1+0.1*z))*cos(tau*x*(1+0.2*z))'",
+};
+/// The formula of the catalogue that costs most: six terms on all axes.
+pub const P_C_P: Model = Model { name: "p-c-p", text: "p-c-p" };
+
 /// Surfaces on three scales in a rounded box, as [`HIERARCHICAL`], in the cube [-1, 1]^3.
 pub const HIERARCHICAL_UNIT: Model = Model {
     name: "hierarchical-unit",
@@ -133,8 +145,18 @@ fn fraction(i: usize, sequence: usize) -> f64 {
 }
 
 /// What is evaluated on the cube [-1, 1]^3.
-pub const FIELDS: [Model; 7] =
-    [GYROID, GYROID_ABOUT_Z, GYROID_ABOUT_ANY, NEOVIUS, C_G, SPHERES_20, GYROID_GRADED];
+pub const FIELDS: [Model; 10] = [
+    GYROID,
+    GYROID_ABOUT_Z,
+    GYROID_ABOUT_ANY,
+    NEOVIUS,
+    C_G,
+    P_C_P,
+    SPHERES_20,
+    WAVE_GRADED_Z,
+    GYROID_GRADED_Z,
+    GYROID_GRADED,
+];
 
 /// The main job: figure 1 of the Cesogen paper is one of these.
 pub const GYROID_BOX: Model = Model { name: "gyroid-box", text: "gyroid box" };
