@@ -18,7 +18,7 @@ HOW = """\
 * fidget is the published crate, its default features for meshing, both engines: the virtual machine (vm) and the just-in-time compiler
   (jit), with its float and interval evaluators; of two engines on a mesh, one that takes three times the other's CPU s on 16³ cells is not run further.
   Both programs read the same expression, node by node; it samples in f32, ours in f64. Its meshes are dual contours: fewer triangles, not comparable by count.
-* Defects: open / non-manifold / misoriented edges and zero-area triangles, by `alveole check`, whoever wrote the file; *inward*: all triangles face inside.
+* Defects: open / non-manifold / misoriented edges and zero-area triangles (faces dropped in reading included), by `alveole check`, whoever wrote the file; *inward*: all triangles face inside.
 * Checked against ours, on closed solids: volume and, where both are marching cubes, triangles; of distances, mean magnitude and points inside. What differs by more than
   the item allows is marked **DISAGREES**.
 """
