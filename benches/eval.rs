@@ -10,7 +10,7 @@ use alveole::geom::Axis;
 use alveole::num::Interval;
 use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, BenchmarkId, Criterion, Throughput};
-use models::{FIELDS, Model};
+use models::{FIELDS, HIERARCHICAL, Model};
 use std::time::Duration;
 
 /// Bricks along a side of the grid.
@@ -48,7 +48,7 @@ fn for_each_engine(
     group: &mut BenchmarkGroup<'_, WallTime>,
     mut run: impl FnMut(&mut BenchmarkGroup<'_, WallTime>, BenchmarkId, Model, Engine),
 ) {
-    for model in FIELDS {
+    for model in FIELDS.into_iter().chain([HIERARCHICAL]) {
         for (name, engine) in ENGINES {
             run(group, BenchmarkId::new(model.name, name), model, engine);
         }
@@ -107,17 +107,23 @@ fn edges(criterion: &mut Criterion) {
     });
 }
 
-/// Enclosures of the bricks, eight at a time.
+/// Enclosures of the bricks, eight at a time as the octree asks for them.
 fn ranges(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("ranges");
     group.throughput(Throughput::Elements(u64::from(BRICKS.pow(3))));
-    for model in FIELDS {
-        let bound = bound(model, Engine::Interpreter);
+    for_each_engine(&mut group, |group, id, model, engine| {
+        let bound = bound(model, engine);
         let mut workspace = bound.workspace();
-        let boxes: Vec<NodeBox> = bricks().map(|index| NodeBox { level: 0, index }).collect();
+        let eighths = |parent: [u32; 3]| {
+            let octants = (0..8u32).map(|o| [o & 1, o >> 1 & 1, o >> 2]);
+            octants
+                .map(move |o| NodeBox { level: 0, index: [0, 1, 2].map(|a| 2 * parent[a] + o[a]) })
+        };
+        let parents = bricks().filter(|index| index.iter().all(|&i| i < BRICKS / 2));
+        let boxes: Vec<NodeBox> = parents.flat_map(eighths).collect();
         let mut activity = vec![u64::MAX; 8 * bound.activity_words()];
         let mut ranges = [Interval::point(0.0); 8];
-        group.bench_function(model.name, |bencher| {
+        group.bench_function(id, |bencher| {
             bencher.iter(|| {
                 for octet in boxes.chunks(8) {
                     activity.fill(u64::MAX);
@@ -125,7 +131,7 @@ fn ranges(criterion: &mut Criterion) {
                 }
             });
         });
-    }
+    });
 }
 
 /// From an expression to a program.

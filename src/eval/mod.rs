@@ -5,6 +5,7 @@
 //! return the same bits.
 
 pub mod balance;
+mod enclosing;
 pub mod enclosure;
 pub mod interpret;
 pub mod jit;

@@ -5,7 +5,8 @@
 //! [`Sampler`], from as many threads as ask, each with a workspace of its own.
 
 use super::balance::balance;
-use super::interpret::{BoxProgram, BoxWorkspace, UniformRanges};
+use super::enclosing::{Enclosing, EnclosingWorkspace};
+use super::interpret::{BoxProgram, UniformRanges};
 use super::jit::CompileError;
 use super::leaves::Leaves;
 use super::levels::Levels;
@@ -51,7 +52,7 @@ struct Parts {
     bits: Bits,
     lowered: Lowered,
     box_leaves: Leaves,
-    boxes: BoxProgram,
+    boxes: Enclosing,
     leaves: Leaves,
     machine: Machine,
 }
@@ -69,6 +70,7 @@ impl Program {
         let boxes = Schedule::boxes(&source, &bits);
         let box_leaves = Leaves::of_boxes(&boxes);
         let boxes = BoxProgram::new(&boxes, &box_leaves, (&graph, &lowered), bits.words());
+        let boxes = Enclosing::new(boxes, engine);
         let slopes = Axis::ALL.map(|axis| derive::partial(&mut lowered.graph, lowered.root, axis));
         let lowered_bits = bits.through(|id| lowered.image(id));
         let tape = Tape::new(&lowered.graph, &[lowered.root]);
@@ -149,7 +151,7 @@ impl Tables {
 /// Memory of one thread that queries a [`Bound`] program.
 #[derive(Debug)]
 pub struct Workspace {
-    boxes: BoxWorkspace,
+    boxes: EnclosingWorkspace,
     memory: Memory,
 }
 

@@ -129,18 +129,19 @@ impl Chains {
     }
 
     /// Clears the bits of operands of extremum `link` that are behind its whole chain; the extrema
-    /// that use it come first.
+    /// that use it come first. `lanes` names the lane of each box.
     pub(super) fn prune(
         &self,
         link: u32,
         leads: &[Lead],
         activity: &mut [u64],
         words: usize,
-        boxes: usize,
+        lanes: &[u8],
     ) {
         let Link { root, own, sides } = self.links[link as usize];
         let (lead, upper) = (&leads[link as usize], &leads[root as usize].upper);
-        for i in (0..boxes).filter(|i| lead.nan >> i & 1 == 0) {
+        for (i, &lane) in lanes.iter().enumerate().filter(|(_, lane)| lead.nan >> **lane & 1 == 0) {
+            let lane = usize::from(lane);
             let activity = &mut activity[i * words..][..words];
             let alive =
                 |bit: Option<u32>, activity: &[u64]| bit.is_none_or(|bit| is_set(activity, bit));
@@ -149,7 +150,7 @@ impl Chains {
             }
             for side in 0..2 {
                 if let Some(bit) = sides[side]
-                    && lead.lower[side][i] > upper[i]
+                    && lead.lower[side][lane] > upper[lane]
                     && alive(sides[1 - side], activity)
                 {
                     activity[bit as usize / 64] &= !(1 << (bit % 64));

@@ -8,7 +8,7 @@ use crate::expr::{Binary, Extremum, Unary};
 use crate::num::{Interval, lanes};
 
 /// Lanes of an octet.
-pub(super) const LANES: usize = 8;
+pub(in crate::eval) const LANES: usize = 8;
 
 /// Eight enclosures.
 #[derive(Clone, Copy, Debug)]
@@ -100,6 +100,57 @@ impl Octet {
             (out.lo[i], out.hi[i]) = f(self.lo[i], self.hi[i], other.lo[i], other.hi[i]);
         }
         out
+    }
+}
+
+/// Buffers of eight enclosures each.
+///
+/// Ends lie together, without the bits, so that compiled code finds them.
+#[derive(Clone, Debug, Default)]
+pub(in crate::eval) struct Octets {
+    ends: Vec<[[f64; LANES]; 2]>,
+    nans: Vec<u8>,
+}
+
+/// Numbers of a buffer of [`Octets`]: the lower ends, then the upper ones.
+pub(in crate::eval) const NUMBERS: usize = 2 * LANES;
+
+impl Octets {
+    /// So many buffers.
+    pub(super) fn new(count: usize) -> Self {
+        Self { ends: vec![[[0.0; LANES]; 2]; count], nans: vec![0; count] }
+    }
+
+    #[inline(always)]
+    pub(super) fn get(&self, buffer: u32) -> Octet {
+        let [lo, hi] = self.ends[buffer as usize];
+        Octet { lo, hi, nan: self.nans[buffer as usize] }
+    }
+
+    #[inline(always)]
+    pub(super) fn set(&mut self, buffer: u32, value: &Octet) {
+        self.ends[buffer as usize] = [value.lo, value.hi];
+        self.nans[buffer as usize] = value.nan;
+    }
+
+    /// Whether a lane of the buffer may be NaN.
+    #[inline]
+    pub(in crate::eval) fn may_be_nan(&self, buffer: u32) -> bool {
+        self.nans[buffer as usize] != 0
+    }
+
+    /// Sets the ends of all lanes of a buffer, none of them NaN.
+    #[inline]
+    pub(in crate::eval) fn set_numbers(&mut self, buffer: u32, numbers: &[f64]) {
+        let ends = self.ends[buffer as usize].as_flattened_mut();
+        ends.copy_from_slice(numbers);
+        self.nans[buffer as usize] = 0;
+    }
+
+    /// The ends in all buffers, [`NUMBERS`] a buffer.
+    #[inline]
+    pub(in crate::eval) fn numbers_mut(&mut self) -> &mut [f64] {
+        self.ends.as_flattened_mut().as_flattened_mut()
     }
 }
 

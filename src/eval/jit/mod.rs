@@ -16,11 +16,13 @@ mod host;
 mod layout;
 mod line;
 mod ops;
+mod ranges;
 mod segment;
 mod tiles;
 mod volume;
 mod window;
 
+pub use ranges::{Leaves as RangeLeaves, Ranges};
 pub use tiles::Tiles;
 
 use super::leaves::Leaves;

@@ -50,7 +50,7 @@ pub(super) const fn is_arithmetic_binary(op: Binary) -> bool {
 }
 
 /// Reinterprets the bits of a vector.
-fn cast(builder: &mut FunctionBuilder<'_>, to: Type, value: Value) -> Value {
+pub(super) fn cast(builder: &mut FunctionBuilder<'_>, to: Type, value: Value) -> Value {
     let flags = MemFlagsData::new().with_endianness(Endianness::Little);
     builder.ins().bitcast(to, flags, value)
 }

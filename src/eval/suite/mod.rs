@@ -5,6 +5,7 @@
 //! with plain evaluation node by node.
 
 mod cases;
+mod ranges;
 
 use super::{BRICK, Bound, End, Engine, NodeBox, Program, Sampler, Workspace, interpret};
 use crate::expr::probe::{self, Source};
@@ -101,6 +102,7 @@ fn check(engine: Engine, case: &Case, source: &mut Source) {
     let everything = vec![u64::MAX; bound.activity_words()];
     let top = bricks.iter().map(|b| b.next_power_of_two().ilog2()).max().unwrap() as u8;
     let (sampled, sampled_root) = program.sampled();
+    ranges::check(&bound, case, source);
     for z in 0..bricks[2] {
         for y in 0..bricks[1] {
             for x in 0..bricks[0] {

@@ -1,0 +1,184 @@
+//! The interval program of an expression: interpreted, and compiled where that pays.
+//!
+//! Compiling takes as long as some thousands of boxes, so a program is compiled once it has
+//! enclosed so many ([`MANY`]), by the thread whose call that is; the others go on interpreting.
+//! Jobs too small to pay never compile, nor do programs of more than [`LARGE`] instructions: a box
+//! needs little of them, and what is left of a box's time is not arithmetic. The bits are the same.
+
+use super::interpret::{BoxProgram, BoxWorkspace, Lanes, UniformRanges};
+use super::jit::{RangeLeaves, Ranges};
+use super::levels::Levels;
+use super::program::Engine;
+use super::sampler::NodeBox;
+use crate::num::Interval;
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// Boxes after which a program is compiled.
+const MANY: usize = 4096;
+/// Instructions up to which a program is compiled.
+const LARGE: usize = 2000;
+
+/// The interval program of an expression.
+#[derive(Debug)]
+pub(super) struct Enclosing {
+    program: BoxProgram,
+    engine: Engine,
+    /// Boxes enclosed so far, while they are counted.
+    boxes: AtomicUsize,
+    compiled: OnceLock<Option<Ranges>>,
+}
+
+/// Memory of a thread that encloses boxes.
+#[derive(Debug)]
+pub(super) struct EnclosingWorkspace {
+    boxes: BoxWorkspace,
+    staging: Vec<f64>,
+}
+
+impl Enclosing {
+    /// Readies `program` for `engine`: the compiler's is compiled at once when it is first asked.
+    pub(super) fn new(program: BoxProgram, engine: Engine) -> Self {
+        let compiled = OnceLock::new();
+        let is_interpreted = match engine {
+            Engine::Interpreter => true,
+            Engine::Compiled => false,
+            Engine::Automatic => program.instructions().len() > LARGE,
+        };
+        if is_interpreted {
+            compiled.get_or_init(|| None);
+        }
+        Self { program, engine, boxes: AtomicUsize::new(0), compiled }
+    }
+
+    /// Fresh memory for one thread.
+    pub(super) fn workspace(&self) -> EnclosingWorkspace {
+        EnclosingWorkspace { boxes: self.program.workspace(), staging: Vec::new() }
+    }
+
+    /// The compiled program, if there is one by now; `boxes` more are about to be enclosed.
+    fn compiled(&self, boxes: usize) -> Option<&Ranges> {
+        if let Some(compiled) = self.compiled.get() {
+            return compiled.as_ref();
+        }
+        let before = self.boxes.fetch_add(boxes, Ordering::Relaxed);
+        let is_due = match self.engine {
+            Engine::Interpreter | Engine::Automatic => before < MANY && before + boxes >= MANY,
+            Engine::Compiled => true,
+        };
+        // A program that can't be compiled is interpreted.
+        let compile = || Ranges::compile(&self.program).ok();
+        is_due.then(|| self.compiled.get_or_init(compile).as_ref()).flatten()
+    }
+
+    /// See [`Sampler::ranges`](super::Sampler::ranges).
+    pub(super) fn ranges(
+        &self,
+        workspace: &mut EnclosingWorkspace,
+        (uniforms, levels): (&UniformRanges, &Levels),
+        boxes: &[NodeBox],
+        activity: &mut [u64],
+        ranges: &mut [Interval],
+    ) {
+        let EnclosingWorkspace { boxes: own, staging } = workspace;
+        let lanes = Lanes::new(boxes);
+        let leaves = || {
+            let halves = lanes.halves(levels).filter(|halves| halves.iter().all(|h| h.plain))?;
+            let tables = halves.map(|halves| halves.ends);
+            uniforms.is_finite().then_some(RangeLeaves { tables, uniforms: uniforms.values() })
+        };
+        let inputs = (uniforms, levels);
+        match self.compiled(boxes.len()).zip(leaves()) {
+            Some((compiled, leaves)) => {
+                staging.resize(compiled.staging(), 0.0);
+                self.program.ranges(own, inputs, &lanes, activity, ranges, |at, octets| {
+                    compiled.run(at, leaves, octets, staging)
+                });
+            }
+            None => self.program.ranges(own, inputs, &lanes, activity, ranges, |_, _| None),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::eval::leaves::Leaves;
+    use crate::eval::lower::lower;
+    use crate::eval::regions::Bits;
+    use crate::eval::sampler::BRICK;
+    use crate::eval::schedule::Schedule;
+    use crate::eval::tape::Tape;
+    use crate::expr::{Graph, NodeId};
+
+    /// The interval program of `root` on a grid of four bricks a side from -`reach` to `reach`.
+    fn program(
+        graph: &Graph,
+        root: NodeId,
+        reach: f64,
+    ) -> (BoxProgram, UniformRanges, Levels, usize) {
+        let tape = Tape::new(graph, &[root]);
+        let bits = Bits::number(&tape);
+        let lowered = lower(graph, root);
+        let schedule = Schedule::boxes(&tape, &bits);
+        let leaves = Leaves::of_boxes(&schedule);
+        let program = BoxProgram::new(&schedule, &leaves, (graph, &lowered), bits.words());
+        let uniforms = leaves.uniform_values(&lowered.graph, &[]).unwrap();
+        let table: Vec<f64> = (0..=4 * BRICK).map(|i| reach * (i as f64 / 32.0 - 1.0)).collect();
+        let tables = [table.clone(), table.clone(), table];
+        let levels = Levels::new(&leaves, &lowered.graph, &tables, &[]).unwrap();
+        (program, UniformRanges::new(&uniforms), levels, bits.words())
+    }
+
+    /// The product of x y and y z, less x, whose arithmetic makes one stretch.
+    fn polynomial(graph: &mut Graph) -> NodeId {
+        let [x, y, z] = graph.point();
+        let (xy, yz) = (graph.mul(x, y), graph.mul(y, z));
+        let product = graph.mul(xy, yz);
+        let zx = graph.mul(z, x);
+        let sum = graph.add(product, zx);
+        graph.sub(sum, x)
+    }
+
+    /// How many stretches count, and fail to, in all boxes of the finest level.
+    fn stretches(reach: f64) -> [usize; 2] {
+        let mut graph = Graph::new();
+        let root = polynomial(&mut graph);
+        let (program, uniforms, levels, _) = program(&graph, root, reach);
+        let compiled = Ranges::compile(&program).unwrap();
+        let mut staging = vec![0.0; compiled.staging()];
+        let mut workspace = program.workspace();
+        let mut counts = [0; 2];
+        for index in (0..64).map(|i| [i % 4, i / 4 % 4, i / 16]) {
+            let boxes = [NodeBox { level: 0, index }];
+            let lanes = Lanes::new(&boxes);
+            let halves = lanes.halves(&levels).unwrap();
+            assert!(halves.iter().all(|halves| halves.plain));
+            let (tables, values) = (halves.map(|halves| halves.ends), uniforms.values());
+            let leaves = RangeLeaves { tables, uniforms: values };
+            let mut range = [[Interval::ANYTHING]; 2];
+            let inputs = (&uniforms, &levels);
+            program.ranges(&mut workspace, inputs, &lanes, &mut [], &mut range[0], |at, octets| {
+                let next = compiled.run(at, leaves, octets, &mut staging);
+                let started = at == program.runs().next().map_or(0, |run| run.start);
+                counts[0] += usize::from(next.is_some());
+                counts[1] += usize::from(next.is_none() && started);
+                next
+            });
+            program.ranges(&mut workspace, inputs, &lanes, &mut [], &mut range[1], |_, _| None);
+            assert_eq!(range[0], range[1]);
+        }
+        counts
+    }
+
+    #[test]
+    fn arithmetic_on_finite_ranges_is_compiled() {
+        assert_eq!(stretches(1.0), [64, 0]);
+    }
+
+    #[test]
+    fn what_overflows_is_left_to_the_interpreter() {
+        let [valid, refused] = stretches(1e120);
+        assert!(valid == 0 && refused == 64, "{valid} stretches count, {refused} don't");
+    }
+}
