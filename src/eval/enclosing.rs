@@ -4,6 +4,9 @@
 //! enclosed so many ([`MANY`]), by the thread whose call that is; the others go on interpreting.
 //! Jobs too small to pay never compile, nor do programs of more than [`LARGE`] instructions: a box
 //! needs little of them, and what is left of a box's time is not arithmetic. The bits are the same.
+//!
+//! It also tells which regions a brick needs *near the surface*: in a large union of distances most
+//! of the parts that matter somewhere in a brick matter far from any surface only.
 
 use super::interpret::{BoxProgram, BoxWorkspace, Lanes, UniformRanges};
 use super::jit::{RangeLeaves, Ranges};
@@ -24,6 +27,8 @@ const LARGE: usize = 2000;
 pub(super) struct Enclosing {
     program: BoxProgram,
     engine: Engine,
+    /// Bits of an activity that no region has.
+    spare: u32,
     /// Boxes enclosed so far, while they are counted.
     boxes: AtomicUsize,
     compiled: OnceLock<Option<Ranges>>,
@@ -34,11 +39,42 @@ pub(super) struct Enclosing {
 pub(super) struct EnclosingWorkspace {
     boxes: BoxWorkspace,
     staging: Vec<f64>,
+    focus: Focus,
 }
+
+/// How near to zero the expression is looked at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Nearness {
+    /// Its sign alone.
+    Sign,
+    /// Its values next to the surface.
+    Surface,
+}
+
+/// The activity of a brick near the surface.
+#[derive(Debug, Default)]
+struct Focus {
+    /// What it was found for.
+    key: Option<([u32; 3], Nearness)>,
+    from: Vec<u64>,
+    row: Vec<u64>,
+    limit: f64,
+}
+
+/// Regions that make it worth the while to look for fewer: to enclose a brick costs about a
+/// hundredth of sampling it.
+const WORTHWHILE: u32 = 48;
+/// Of the length of a brick's range, the part to both sides of zero that counts as near the
+/// surface. A tight range is at most 28 times as long as the greatest step from node to node, as
+/// the diagonal of the brick is; the values on an edge through the surface are up to a step from
+/// zero.
+const NEAR: f64 = 0.125;
 
 impl Enclosing {
     /// Readies `program` for `engine`: the compiler's is compiled at once when it is first asked.
-    pub(super) fn new(program: BoxProgram, engine: Engine) -> Self {
+    ///
+    /// Its regions have `bits` bits.
+    pub(super) fn new(program: BoxProgram, engine: Engine, bits: usize) -> Self {
         let compiled = OnceLock::new();
         let is_interpreted = match engine {
             Engine::Interpreter => true,
@@ -48,12 +84,17 @@ impl Enclosing {
         if is_interpreted {
             compiled.get_or_init(|| None);
         }
-        Self { program, engine, boxes: AtomicUsize::new(0), compiled }
+        let spare = (bits.next_multiple_of(64) - bits) as u32;
+        Self { program, engine, spare, boxes: AtomicUsize::new(0), compiled }
     }
 
     /// Fresh memory for one thread.
     pub(super) fn workspace(&self) -> EnclosingWorkspace {
-        EnclosingWorkspace { boxes: self.program.workspace(), staging: Vec::new() }
+        EnclosingWorkspace {
+            boxes: self.program.workspace(),
+            staging: Vec::new(),
+            focus: Focus::default(),
+        }
     }
 
     /// The compiled program, if there is one by now; `boxes` more are about to be enclosed.
@@ -80,7 +121,7 @@ impl Enclosing {
         activity: &mut [u64],
         ranges: &mut [Interval],
     ) {
-        let EnclosingWorkspace { boxes: own, staging } = workspace;
+        let EnclosingWorkspace { boxes: own, staging, .. } = workspace;
         let lanes = Lanes::new(boxes);
         let leaves = || {
             let halves = lanes.halves(levels).filter(|halves| halves.iter().all(|h| h.plain))?;
@@ -98,6 +139,49 @@ impl Enclosing {
             None => self.program.ranges(own, inputs, &lanes, activity, ranges, |_, _| None),
         }
     }
+
+    /// The activity that brick `brick` needs as near to zero as `nearness` says, given its activity
+    /// `activity`, and how near that is: the row gives the right signs, and the right bits of all
+    /// values and slopes where the value it gives is within the limit of zero.
+    ///
+    /// `None` if that would be no better than `activity` itself, or if that says that every region
+    /// is wanted.
+    pub(super) fn focus<'w>(
+        &self,
+        workspace: &'w mut EnclosingWorkspace,
+        inputs: (&UniformRanges, &Levels),
+        brick: [u32; 3],
+        activity: &[u64],
+        nearness: Nearness,
+    ) -> Option<(&'w [u64], f64)> {
+        let live: u32 = activity.iter().map(|word| word.count_ones()).sum();
+        if live < WORTHWHILE + self.spare || activity.iter().all(|word| *word == u64::MAX) {
+            return None;
+        }
+        let key = Some((brick, nearness));
+        if workspace.focus.key != key || workspace.focus.from != activity {
+            let mut focus = std::mem::take(&mut workspace.focus);
+            focus.key = key;
+            focus.from.clear();
+            focus.from.extend_from_slice(activity);
+            focus.row.clone_from(&focus.from);
+            let boxes = [NodeBox { level: 0, index: brick }];
+            let mut range = [Interval::ANYTHING];
+            self.ranges(workspace, inputs, &boxes, &mut focus.row, &mut range);
+            let [Interval { lo, hi, .. }] = range;
+            focus.limit = match nearness {
+                Nearness::Sign => f64::MIN_POSITIVE,
+                Nearness::Surface => (hi - lo) * NEAR,
+            };
+            if focus.limit > 0.0 && focus.limit.is_finite() {
+                let (lanes, limit) = (Lanes::new(&boxes), focus.limit);
+                self.program.focus(&workspace.boxes, &lanes, &mut focus.row, limit);
+            }
+            workspace.focus = focus;
+        }
+        let Focus { row, limit, .. } = &workspace.focus;
+        (*limit > 0.0 && limit.is_finite()).then_some((row, *limit))
+    }
 }
 
 #[cfg(test)]
@@ -109,6 +193,7 @@ mod tests {
     use crate::eval::sampler::BRICK;
     use crate::eval::schedule::Schedule;
     use crate::eval::tape::Tape;
+    use crate::expr::probe::Source;
     use crate::expr::{Graph, NodeId};
 
     /// The interval program of `root` on a grid of four bricks a side from -`reach` to `reach`.
@@ -180,5 +265,43 @@ mod tests {
     fn what_overflows_is_left_to_the_interpreter() {
         let [valid, refused] = stretches(1e120);
         assert!(valid == 0 && refused == 64, "{valid} stretches count, {refused} don't");
+    }
+
+    #[test]
+    fn near_the_surface_fewer_parts_matter() {
+        let mut source = Source(31);
+        let mut graph = Graph::new();
+        let at = graph.point();
+        let mut ball = |_| {
+            let squares = at.map(|u| {
+                let c = graph.constant(source.within(-1.0, 1.0));
+                let d = graph.sub(u, c);
+                graph.mul(d, d)
+            });
+            let sum = graph.add(squares[0], squares[1]);
+            let sum = graph.add(sum, squares[2]);
+            let (root, r) = (graph.unary(crate::expr::Unary::Sqrt, sum), graph.constant(0.05));
+            graph.sub(root, r)
+        };
+        let parts: Vec<NodeId> = (0..300).map(&mut ball).collect();
+        let root = parts.into_iter().reduce(|a, b| graph.min(a, b)).unwrap();
+        let (graph, root) = crate::eval::balance::balance(&graph, root);
+        let (program, uniforms, levels, words) = program(&graph, root, 1.0);
+        let own = Enclosing::new(program, Engine::Interpreter, 64 * words);
+        let mut workspace = own.workspace();
+        let live = |row: &[u64]| row.iter().map(|word| word.count_ones()).sum::<u32>();
+        let (brick, inputs) = ([1, 2, 1], (&uniforms, &levels));
+        let mut row = vec![u64::MAX; words];
+        let unlimited = own.focus(&mut workspace, inputs, brick, &row, Nearness::Sign);
+        assert!(unlimited.is_none(), "all regions are wanted");
+        let boxes = [NodeBox { level: 0, index: brick }];
+        let mut range = [Interval::ANYTHING];
+        own.ranges(&mut workspace, inputs, &boxes, &mut row, &mut range);
+        let [sign, surface] = [Nearness::Sign, Nearness::Surface].map(|nearness| {
+            let focus = own.focus(&mut workspace, inputs, brick, &row, nearness);
+            live(focus.unwrap().0)
+        });
+        let all = live(&row);
+        assert!(2 * surface < all && sign < surface, "{sign}, {surface} of {all} regions are left");
     }
 }

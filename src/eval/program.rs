@@ -5,7 +5,7 @@
 //! [`Sampler`], from as many threads as ask, each with a workspace of its own.
 
 use super::balance::balance;
-use super::enclosing::{Enclosing, EnclosingWorkspace};
+use super::enclosing::{Enclosing, EnclosingWorkspace, Nearness};
 use super::interpret::{BoxProgram, UniformRanges};
 use super::jit::CompileError;
 use super::leaves::Leaves;
@@ -70,7 +70,7 @@ impl Program {
         let boxes = Schedule::boxes(&source, &bits);
         let box_leaves = Leaves::of_boxes(&boxes);
         let boxes = BoxProgram::new(&boxes, &box_leaves, (&graph, &lowered), bits.words());
-        let boxes = Enclosing::new(boxes, engine);
+        let boxes = Enclosing::new(boxes, engine, bits.len());
         let slopes = Axis::ALL.map(|axis| derive::partial(&mut lowered.graph, lowered.root, axis));
         let lowered_bits = bits.through(|id| lowered.image(id));
         let tape = Tape::new(&lowered.graph, &[lowered.root]);
@@ -153,6 +153,25 @@ impl Tables {
 pub struct Workspace {
     boxes: EnclosingWorkspace,
     memory: Memory,
+    batch: Batch,
+}
+
+/// The present batch of edges, if it runs with fewer regions than it was given.
+#[derive(Debug)]
+struct Batch {
+    axis: Axis,
+    brick: [u32; 3],
+    nodes: Vec<u16>,
+    activity: Vec<u64>,
+    /// Values this far from zero are not trusted; infinite if all are.
+    limit: f64,
+}
+
+impl Batch {
+    /// Whether all of `values` can be trusted.
+    fn trusts(&self, values: &[f64]) -> bool {
+        self.limit == f64::INFINITY || values.iter().all(|value| value.abs() < self.limit)
+    }
 }
 
 impl Bound {
@@ -160,13 +179,30 @@ impl Bound {
     fn tables(&self) -> Result<&Tables, Failure> {
         self.tables.as_ref().map_err(Clone::clone)
     }
+
+    /// Begins the present batch of edges anew with all regions that it was given.
+    fn widen(&self, workspace: &mut Workspace) -> Result<(), Failure> {
+        let Workspace { memory, batch, .. } = workspace;
+        batch.limit = f64::INFINITY;
+        let Batch { axis, brick, nodes, activity, .. } = &*batch;
+        let inputs = &self.tables()?.inputs;
+        self.parts.machine.line_begin(memory, inputs, *axis, *brick, nodes, activity)
+    }
 }
 
 impl Sampler for Bound {
     type Workspace = Workspace;
 
     fn workspace(&self) -> Workspace {
-        Workspace { boxes: self.parts.boxes.workspace(), memory: self.parts.machine.memory() }
+        let batch = Batch {
+            axis: Axis::X,
+            brick: [0; 3],
+            nodes: Vec::new(),
+            activity: Vec::new(),
+            limit: f64::INFINITY,
+        };
+        let Parts { boxes, machine, .. } = &*self.parts;
+        Workspace { boxes: boxes.workspace(), memory: machine.memory(), batch }
     }
 
     fn nodes(&self) -> [usize; 3] {
@@ -197,7 +233,11 @@ impl Sampler for Bound {
         activity: &[u64],
         signs: &mut BrickSigns,
     ) -> Result<(), Failure> {
-        let (memory, inputs) = (&mut workspace.memory, &self.tables()?.inputs);
+        let Tables { inputs, uniforms, levels } = self.tables()?;
+        let Workspace { boxes, memory, .. } = workspace;
+        let (near, leaves) = (Nearness::Sign, (uniforms, levels));
+        let focus = self.parts.boxes.focus(boxes, leaves, brick, activity, near);
+        let activity = focus.map_or(activity, |(row, _)| row);
         self.parts.machine.signs(memory, inputs, brick, activity, signs)
     }
 
@@ -220,8 +260,20 @@ impl Sampler for Bound {
         nodes: &[u16],
         activity: &[u64],
     ) -> Result<(), Failure> {
-        let (memory, inputs) = (&mut workspace.memory, &self.tables()?.inputs);
-        self.parts.machine.line_begin(memory, inputs, axis, brick, nodes, activity)
+        let Tables { inputs, uniforms, levels } = self.tables()?;
+        let Workspace { boxes, memory, batch } = workspace;
+        let (near, leaves) = (Nearness::Surface, (uniforms, levels));
+        batch.limit = f64::INFINITY;
+        let mut row = activity;
+        if let Some((focused, limit)) = self.parts.boxes.focus(boxes, leaves, brick, activity, near)
+        {
+            (batch.axis, batch.brick, batch.limit, row) = (axis, brick, limit, focused);
+            batch.nodes.clear();
+            batch.nodes.extend_from_slice(nodes);
+            batch.activity.clear();
+            batch.activity.extend_from_slice(activity);
+        }
+        self.parts.machine.line_begin(memory, inputs, axis, brick, nodes, row)
     }
 
     fn line_ends(
@@ -230,8 +282,14 @@ impl Sampler for Bound {
         end: End,
         values: &mut [f64],
     ) -> Result<(), Failure> {
-        let (memory, inputs) = (&mut workspace.memory, &self.tables()?.inputs);
-        self.parts.machine.line_ends(memory, inputs, end, values)
+        let inputs = &self.tables()?.inputs;
+        let machine = &self.parts.machine;
+        machine.line_ends(&mut workspace.memory, inputs, end, values)?;
+        if !workspace.batch.trusts(values) {
+            self.widen(workspace)?;
+            machine.line_ends(&mut workspace.memory, inputs, end, values)?;
+        }
+        Ok(())
     }
 
     fn line(
@@ -241,7 +299,13 @@ impl Sampler for Bound {
         values: &mut [f64],
         slopes: &mut [f64],
     ) -> Result<(), Failure> {
-        let (memory, inputs) = (&mut workspace.memory, &self.tables()?.inputs);
-        self.parts.machine.line(memory, inputs, at, values, slopes)
+        let inputs = &self.tables()?.inputs;
+        let machine = &self.parts.machine;
+        machine.line(&mut workspace.memory, inputs, at, values, slopes)?;
+        if !workspace.batch.trusts(values) {
+            self.widen(workspace)?;
+            machine.line(&mut workspace.memory, inputs, at, values, slopes)?;
+        }
+        Ok(())
     }
 }

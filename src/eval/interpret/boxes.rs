@@ -216,6 +216,26 @@ impl BoxProgram {
         }
     }
 
+    /// Clears the bits of the regions that do not matter within `limit` of zero in the one box
+    /// that `workspace` was last asked for, `lanes`, whose activity this is: see [`Chains`].
+    pub(in crate::eval) fn focus(
+        &self,
+        workspace: &BoxWorkspace,
+        lanes: &Lanes<'_>,
+        activity: &mut [u64],
+        limit: f64,
+    ) {
+        let lane = usize::from(lanes.of[0]);
+        for run in workspace.runs.iter().rev() {
+            for instruction in self.code.instructions[run.clone()].iter().rev() {
+                if let Some(link) = instruction.link {
+                    self.chains.focus(link, &workspace.leads, activity, lane, limit);
+                }
+            }
+        }
+        self.inherit(activity);
+    }
+
     /// The instructions; those in [`runs`](Self::runs) are run, in their order.
     pub(in crate::eval) fn instructions(&self) -> &[Instruction] {
         &self.code.instructions

@@ -255,7 +255,17 @@ fn check_lines(
 ) {
     let a = axis.index();
     let count = [1, 15, 16, 17, 200, 256][source.below(6)];
-    let nodes: Vec<u16> = (0..count).map(|_| source.below(BRICK.pow(3)) as u16).collect();
+    let mut nodes: Vec<u16> = (0..count).map(|_| source.below(BRICK.pow(3)) as u16).collect();
+    let step = BRICK.pow(a as u32);
+    let crosses = |n: &u16| {
+        let n = usize::from(*n);
+        n / step % BRICK < BRICK - 1 && (plain[n] < 0.0) != (plain[n + step] < 0.0)
+    };
+    let crossed: Vec<u16> = (0..BRICK.pow(3) as u16).filter(crosses).collect();
+    // Edges through the surface are what callers ask for.
+    if !crossed.is_empty() && source.below(2) == 0 {
+        nodes.fill_with(|| source.of(&crossed));
+    }
     let place = |node: u16, b: usize| {
         brick[b] as usize * BRICK + usize::from(node) / BRICK.pow(b as u32) % BRICK
     };
