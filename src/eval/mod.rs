@@ -19,6 +19,7 @@ pub mod sampler;
 pub mod schedule;
 pub mod sign;
 pub mod tape;
+pub mod vicinity;
 
 pub use program::{Bound, Engine, Program, ProgramError, Workspace};
 pub use sampler::{BRICK, BrickSigns, End, NodeBox, Sampler};
