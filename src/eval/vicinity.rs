@@ -18,20 +18,19 @@ pub fn ordered(graph: &Graph, parts: &[NodeId]) -> Vec<NodeId> {
     let mut placed: Vec<Placed> = (parts.iter().enumerate())
         .map(|(number, &part)| Placed { number, part, place: place(graph, part) })
         .collect();
-    let mut pending = vec![0..placed.len()];
-    while let Some(range) = pending.pop() {
-        if range.len() < 2 {
+    let mut pending = vec![(0, placed.len())];
+    while let Some((start, end)) = pending.pop() {
+        if end - start < 2 {
             continue;
         }
-        let slice = &mut placed[range.clone()];
+        let slice = &mut placed[start..end];
         let axis = longest(slice);
-        let first = range.len().next_power_of_two() / 2;
+        let middle = start + (end - start).next_power_of_two() / 2;
         let order = |a: &Placed, b: &Placed| {
             a.place[axis].total_cmp(&b.place[axis]).then(a.number.cmp(&b.number))
         };
         slice.sort_unstable_by(order);
-        pending.push(range.start..range.start + first);
-        pending.push(range.start + first..range.end);
+        pending.extend([(start, middle), (middle, end)]);
     }
     placed.into_iter().map(|placed| placed.part).collect()
 }

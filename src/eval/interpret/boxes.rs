@@ -86,13 +86,13 @@ impl<'a> Lanes<'a> {
         if let Some(halves) = self.halves(levels) {
             return Slabs::Eighths(halves);
         }
-        Slabs::Apart(Axis::ALL.map(|axis| {
+        Slabs::Apart(Box::new(Axis::ALL.map(|axis| {
             std::array::from_fn(|i| {
                 let NodeBox { level, index } = self.boxes[i.min(self.boxes.len() - 1)];
                 let index = index[axis.index()];
                 (levels.pairs(axis, level, index), index as usize % 2)
             })
-        }))
+        })))
     }
 }
 

@@ -121,7 +121,7 @@ pub(super) enum Slabs<'a> {
     /// The boxes are eighths of one: bit `a` of a lane's number says which half along axis `a`.
     Eighths([Pairs<'a>; 3]),
     /// By lane: a pair of slabs, and which of the two.
-    Apart([[(Pairs<'a>, usize); LANES]; 3]),
+    Apart(Box<[[(Pairs<'a>, usize); LANES]; 3]>),
     /// There are no tables.
     None,
 }

@@ -171,13 +171,14 @@ fn stretches(program: &BoxProgram) -> Vec<Range<usize>> {
     let mut ranges = Vec::new();
     for run in program.runs() {
         let mut start = run.start;
-        for at in run.start..=run.end {
-            let goes_on = at < run.end && is_compiled(&list[at]);
+        for (instruction, at) in list[run.clone()].iter().zip(run.start..) {
+            let goes_on = is_compiled(instruction);
             if !goes_on || at - start >= LONGEST {
                 ranges.push(start..at);
                 start = if goes_on { at } else { at + 1 };
             }
         }
+        ranges.push(start..run.end);
     }
     let needed = needed(program, &ranges);
     ranges.retain(|range| {
