@@ -31,7 +31,7 @@ use std::time::{Duration, Instant};
 const PIECE: usize = 1 << 17;
 
 /// Bricks that one task handles, at most.
-const TASK: usize = 512;
+pub(super) const TASK: usize = 512;
 
 /// Makes the mesh of the bricks.
 pub(super) fn assemble<S: Sampler>(
@@ -113,22 +113,22 @@ pub(super) fn assemble<S: Sampler>(
 }
 
 /// What every task reads.
-struct Scene<'a, S> {
-    sampler: &'a S,
-    grid: &'a Grid,
-    bricks: &'a Bricks,
-    extent: f64,
-    spans: [Vec<Span>; 3],
+pub(super) struct Scene<'a, S> {
+    pub(super) sampler: &'a S,
+    pub(super) grid: &'a Grid,
+    pub(super) bricks: &'a Bricks,
+    pub(super) extent: f64,
+    pub(super) spans: [Vec<Span>; 3],
     /// Bricks that may own a vertex.
-    owners: RankedBits,
+    pub(super) owners: RankedBits,
     /// Signs of the active bricks, in order.
-    signs: Vec<BrickSigns>,
+    pub(super) signs: Vec<BrickSigns>,
     /// Numbers of the owners, in order.
-    numbers: Vec<BrickNumbers>,
+    pub(super) numbers: Vec<BrickNumbers>,
 }
 
 impl<'a, S: Sampler> Scene<'a, S> {
-    fn new(sampler: &'a S, grid: &'a Grid, bricks: &'a Bricks) -> Self {
+    pub(super) fn new(sampler: &'a S, grid: &'a Grid, bricks: &'a Bricks) -> Self {
         let spans = [0, 1, 2].map(|a| Span::all(grid.cells()[a], bricks.counts[a]));
         let mut words = bricks.active.words().to_vec();
         for (w, (word, inside)) in words.iter_mut().zip(&bricks.inside).enumerate() {
@@ -155,7 +155,7 @@ impl<'a, S: Sampler> Scene<'a, S> {
 }
 
 impl<S> Scene<'_, S> {
-    fn spans(&self, brick: [u32; 3]) -> Spans {
+    pub(super) fn spans(&self, brick: [u32; 3]) -> Spans {
         Spans([0, 1, 2].map(|a| self.spans[a][brick[a] as usize]))
     }
 
@@ -196,7 +196,11 @@ impl<S> Scene<'_, S> {
     }
 
     /// Signs of a brick and of the seven above it.
-    fn signs_above<'s>(&'s self, brick: [u32; 3], made: &'s mut Made) -> [&'s BrickSigns; 8] {
+    pub(super) fn signs_above<'s>(
+        &'s self,
+        brick: [u32; 3],
+        made: &'s mut Made,
+    ) -> [&'s BrickSigns; 8] {
         let mut signs = [&OUTSIDE; 8];
         for (octant, (signs, made)) in signs.iter_mut().zip(made.iter_mut()).enumerate() {
             let offset = [0, 1, 2].map(|a| (octant >> a & 1) as i64);
@@ -245,7 +249,7 @@ impl<S> Scene<'_, S> {
 
     /// Whether a node, given by its place from the least node of `brick` on, has more than one
     /// crossed edge. Edges to ghosts count, because ghosts are outside.
-    fn is_crowded(&self, brick: [u32; 3], place: [usize; 3]) -> bool {
+    pub(super) fn is_crowded(&self, brick: [u32; 3], place: [usize; 3]) -> bool {
         let node = [0, 1, 2].map(|a| (brick[a] as usize * BRICK + place[a]) as i64);
         let here = self.is_inside(node);
         let crossed = (0..6).filter(|side| {
@@ -258,23 +262,23 @@ impl<S> Scene<'_, S> {
 }
 
 /// Room for signs of bricks that were not sampled.
-type Made = [BrickSigns; 8];
+pub(super) type Made = [BrickSigns; 8];
 
 /// Scratch memory of a task.
-struct Worker<W> {
-    workspace: W,
-    activity: Vec<u64>,
-    values: Box<[f64; BRICK * BRICK * BRICK]>,
-    made: Box<Made>,
-    block: Box<Block>,
-    next: Box<Block>,
-    placer: Placer,
-    positions: Vec<[f64; 3]>,
-    triangles: Vec<[u32; 3]>,
+pub(super) struct Worker<W> {
+    pub(super) workspace: W,
+    pub(super) activity: Vec<u64>,
+    pub(super) values: Box<[f64; BRICK * BRICK * BRICK]>,
+    pub(super) made: Box<Made>,
+    pub(super) block: Box<Block>,
+    pub(super) next: Box<Block>,
+    pub(super) placer: Placer,
+    pub(super) positions: Vec<[f64; 3]>,
+    pub(super) triangles: Vec<[u32; 3]>,
 }
 
 impl<W> Worker<W> {
-    fn new<S: Sampler<Workspace = W>>(sampler: &S) -> Self {
+    pub(super) fn new<S: Sampler<Workspace = W>>(sampler: &S) -> Self {
         Self {
             workspace: sampler.workspace(),
             activity: vec![0; sampler.activity_words()],
@@ -290,7 +294,7 @@ impl<W> Worker<W> {
 }
 
 /// Samples the active bricks from rank `first` on; returns how many samples were NaN.
-fn sample<S: Sampler>(
+pub(super) fn sample<S: Sampler>(
     scene: &Scene<'_, S>,
     worker: &mut Worker<S::Workspace>,
     first: usize,
@@ -442,7 +446,7 @@ fn write<S: Sampler>(
 
 /// A stage whose time is measured.
 #[derive(Clone, Copy)]
-enum Stage {
+pub(super) enum Stage {
     Sample,
     Count,
     Number,
@@ -453,14 +457,14 @@ enum Stage {
 
 /// Nanoseconds spent in the stages, summed over threads.
 #[derive(Default)]
-struct Clocks([AtomicU64; 6]);
+pub(super) struct Clocks([AtomicU64; 6]);
 
 impl Clocks {
     fn add(&self, stage: Stage, start: Instant) {
         self.0[stage as usize].fetch_add(start.elapsed().as_nanos() as u64, Ordering::Relaxed);
     }
 
-    fn report(&self, stages: &mut Stages) {
+    pub(super) fn report(&self, stages: &mut Stages) {
         let spent =
             |stage: Stage| Duration::from_nanos(self.0[stage as usize].load(Ordering::Relaxed));
         stages.sample = spent(Stage::Sample);
@@ -473,24 +477,24 @@ impl Clocks {
 }
 
 /// Time of one task by stage.
-struct Lap<'a> {
+pub(super) struct Lap<'a> {
     clocks: &'a Clocks,
     spent: [u64; 6],
     last: Instant,
 }
 
 impl<'a> Lap<'a> {
-    fn new(clocks: &'a Clocks) -> Self {
+    pub(super) fn new(clocks: &'a Clocks) -> Self {
         Self { clocks, spent: [0; 6], last: Instant::now() }
     }
 
-    fn ends(&mut self, stage: Stage) {
+    pub(super) fn ends(&mut self, stage: Stage) {
         let now = Instant::now();
         self.spent[stage as usize] += (now - self.last).as_nanos() as u64;
         self.last = now;
     }
 
-    fn close(self) {
+    pub(super) fn close(self) {
         for (clock, spent) in self.clocks.0.iter().zip(self.spent) {
             clock.fetch_add(spent, Ordering::Relaxed);
         }

@@ -67,7 +67,7 @@ impl Span {
 
 /// All ones where bit `i` of `bits` is set, else zero.
 #[inline(always)]
-const fn spread(bits: u32, i: usize) -> u32 {
+pub(super) const fn spread(bits: u32, i: usize) -> u32 {
     0u32.wrapping_sub(bits >> i & 1)
 }
 

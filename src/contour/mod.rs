@@ -15,10 +15,12 @@
 
 mod assemble;
 mod bits;
+mod coarse;
 mod faces;
 pub mod grid;
 mod numbering;
 mod place;
+pub mod sweep;
 pub mod tables;
 
 #[cfg(test)]
@@ -27,6 +29,7 @@ mod testing;
 mod tests;
 
 pub use grid::{Grid, GridError};
+pub use place::{BrickLines, RimRoot, Roots};
 
 use crate::eval::Sampler;
 use crate::eval::sampler::Failure;

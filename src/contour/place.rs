@@ -26,7 +26,7 @@
 use super::bits::{Rows, SIDE, Spans, Words};
 use super::grid::{Grid, TAU};
 use super::numbering::{Bits, Block};
-use crate::eval::sampler::Failure;
+use crate::eval::sampler::{Failure, place_of};
 use crate::eval::{BRICK, End, Sampler};
 use crate::geom::Axis;
 use pulp::{Arch, NullaryFnOnce};
@@ -96,10 +96,41 @@ struct Rim {
     rising: bool,
 }
 
+/// The roots that vertices were placed from.
+#[derive(Debug, Default)]
+pub struct Roots {
+    /// The root on each edge, at the coordinates where the field is sampled.
+    pub edges: Vec<f64>,
+    /// The roots nearer to the plane, of edges in outer planes.
+    pub rims: Vec<RimRoot>,
+}
+
+/// A root on an edge between ghosts, from which a vertex in an outer plane was extrapolated: it lies
+/// at twice this root, less the root on the edge in the plane.
+#[derive(Clone, Copy, Debug)]
+pub struct RimRoot {
+    /// The vertex, by its place among those found together.
+    pub vertex: u32,
+    /// The direction of the edge.
+    pub axis: Axis,
+    /// The brick and the number in it of the ghost at the lower end.
+    pub brick: [u32; 3],
+    /// See `brick`.
+    pub ghost: u16,
+    /// The root.
+    pub root: f64,
+}
+
 /// Scratch memory for the vertices of a brick.
 #[derive(Debug)]
 pub struct Placer {
     edges: Box<Edges>,
+    solver: Solver,
+}
+
+/// Scratch memory for the roots on edges along one axis.
+#[derive(Debug, Default)]
+struct Solver {
     near: Vec<Near>,
     roots: Vec<f64>,
     rims: Vec<Rim>,
@@ -109,14 +140,7 @@ pub struct Placer {
 
 impl Default for Placer {
     fn default() -> Self {
-        Self {
-            edges: Box::new([0; BRICK * BRICK * BRICK + WRITTEN]),
-            near: Vec::new(),
-            roots: Vec::new(),
-            rims: Vec::new(),
-            everything: Vec::new(),
-            lanes: Box::default(),
-        }
+        Self { edges: Box::new([0; BRICK * BRICK * BRICK + WRITTEN]), solver: Solver::default() }
     }
 }
 
@@ -138,44 +162,42 @@ impl Placer {
         lines: &BrickLines,
         out: &mut Vec<[f64; 3]>,
     ) -> Result<(), Failure> {
-        self.near.clear();
+        self.solver.near.clear();
+        let rows = &block.rows;
         for axis in Axis::ALL {
-            let rows = &block.rows;
             let crossed = &block.crossings.0[axis.index()];
             let count = arch.dispatch(Listing { crossed, edges: &mut self.edges });
-            for batch in self.edges[..count].chunks(BATCH) {
-                let a = axis.index();
-                let mut ask = Query { sampler, workspace: &mut *workspace, brick, activity, axis };
-                let table = &lines.sampled[a];
-                let mut roots = self.lanes.solve(arch, &mut ask, batch, table, lines.extent)?;
-                if !spans.is_plain() {
-                    self.roots.clear();
-                    self.roots.extend_from_slice(roots);
-                    self.rims.clear();
-                    self.rims.extend(
-                        (0..)
-                            .zip(batch)
-                            .filter_map(|(lane, &node)| rim(brick, node, lane, axis, rows, spans)),
-                    );
-                    self.rims.sort_unstable_by_key(|rim| (rim.brick, rim.lane));
-                    self.everything.resize(activity.len(), u64::MAX);
-                    for rims in self.rims.chunk_by(|a, b| a.brick == b.brick) {
-                        let brick = rims[0].brick;
-                        let activity = &self.everything;
-                        let workspace = &mut *workspace;
-                        let mut ask = Query { sampler, workspace, brick, activity, axis };
-                        let (lanes, roots) = (&mut self.lanes, &mut self.roots);
-                        lanes.meet_planes(arch, &mut ask, rims, table, lines.extent, roots)?;
-                    }
-                    roots = &self.roots;
-                }
-                let near = &mut self.near;
-                match axis {
-                    Axis::X => put::<0>(batch, roots, lines, near, out),
-                    Axis::Y => put::<1>(batch, roots, lines, near, out),
-                    Axis::Z => put::<2>(batch, roots, lines, near, out),
-                }
-            }
+            let ask = Query { sampler, workspace: &mut *workspace, brick, activity, axis };
+            self.solver.place(arch, ask, &self.edges[..count], rows, spans, lines, None, out)?;
+        }
+        Ok(())
+    }
+
+    /// Appends the crossings on all edges of a brick's cells to `out`, far faces included, in the
+    /// order of `edges`, which holds the lower nodes of those along each axis; and their roots to
+    /// `found`.
+    ///
+    /// # Errors
+    /// [`Failure`] of an oracle.
+    #[expect(clippy::too_many_arguments, reason = "one call site")]
+    pub fn crossings_of_cells<S: Sampler>(
+        &mut self,
+        arch: Arch,
+        sampler: &S,
+        workspace: &mut S::Workspace,
+        brick: [u32; 3],
+        activity: &[u64],
+        edges: [&[u16]; 3],
+        rows: &Rows,
+        spans: &Spans,
+        lines: &BrickLines,
+        found: &mut Roots,
+        out: &mut Vec<[f64; 3]>,
+    ) -> Result<(), Failure> {
+        self.solver.near.clear();
+        for (axis, edges) in Axis::ALL.into_iter().zip(edges) {
+            let ask = Query { sampler, workspace: &mut *workspace, brick, activity, axis };
+            self.solver.place(arch, ask, edges, rows, spans, lines, Some(found), out)?;
         }
         Ok(())
     }
@@ -188,9 +210,9 @@ impl Placer {
         crowded: impl Fn([usize; 3]) -> bool,
         out: &mut [[f64; 3]],
     ) {
-        for &Near { vertex, axis, node } in &self.near {
+        for &Near { vertex, axis, node } in &self.solver.near {
             let a = axis.index();
-            let lower = position(node);
+            let lower = place_of(node);
             let mut upper = lower;
             upper[a] += 1;
             let ends = [lines.placed[a][lower[a]], lines.placed[a][upper[a]]];
@@ -206,6 +228,66 @@ impl Placer {
     }
 }
 
+impl Solver {
+    /// Appends the crossings of the edges along the axis of `ask` to `out`.
+    #[expect(clippy::too_many_arguments, reason = "two call sites, next to each other")]
+    fn place<S: Sampler>(
+        &mut self,
+        arch: Arch,
+        ask: Query<'_, S>,
+        edges: &[u16],
+        rows: &Rows,
+        spans: &Spans,
+        lines: &BrickLines,
+        mut found: Option<&mut Roots>,
+        out: &mut Vec<[f64; 3]>,
+    ) -> Result<(), Failure> {
+        let Query { sampler, workspace, brick, activity, axis } = ask;
+        let table = &lines.sampled[axis.index()];
+        for batch in edges.chunks(BATCH) {
+            let mut ask = Query { sampler, workspace: &mut *workspace, brick, activity, axis };
+            let mut roots = self.lanes.solve(arch, &mut ask, batch, table, lines.extent)?;
+            if let Some(found) = &mut found {
+                found.edges.extend_from_slice(roots);
+            }
+            if !spans.is_plain() {
+                self.roots.clear();
+                self.roots.extend_from_slice(roots);
+                self.rims.clear();
+                self.rims.extend(
+                    (0..)
+                        .zip(batch)
+                        .filter_map(|(lane, &node)| rim(brick, node, lane, axis, rows, spans)),
+                );
+                self.rims.sort_unstable_by_key(|rim| (rim.brick, rim.lane));
+                self.everything.resize(activity.len(), u64::MAX);
+                for rims in self.rims.chunk_by(|a, b| a.brick == b.brick) {
+                    let brick = rims[0].brick;
+                    let activity = &self.everything;
+                    let workspace = &mut *workspace;
+                    let mut ask = Query { sampler, workspace, brick, activity, axis };
+                    let (lanes, roots) = (&mut self.lanes, &mut self.roots);
+                    let each = |lane: usize, ghost: u16, root: f64| {
+                        if let Some(found) = &mut found {
+                            let vertex = (out.len() + lane) as u32;
+                            found.rims.push(RimRoot { vertex, axis, brick, ghost, root });
+                        }
+                    };
+                    lanes.meet_planes(arch, &mut ask, rims, table, lines.extent, roots, each)?;
+                }
+                roots = &self.roots;
+            }
+            let near = &mut self.near;
+            match axis {
+                Axis::X => put::<0>(batch, roots, lines, near, out),
+                Axis::Y => put::<1>(batch, roots, lines, near, out),
+                Axis::Z => put::<2>(batch, roots, lines, near, out),
+            }
+        }
+        Ok(())
+    }
+}
+
 /// Appends the vertices at `roots` and notes those that may be near nodes.
 fn put<const AXIS: usize>(
     batch: &[u16],
@@ -217,7 +299,7 @@ fn put<const AXIS: usize>(
     let first = out.len();
     let [px, py, pz] = &lines.placed;
     out.extend(batch.iter().zip(roots).map(|(node, root)| {
-        let [x, y, z] = position(*node);
+        let [x, y, z] = place_of(*node);
         match AXIS {
             0 => [*root, py[y], pz[z]],
             1 => [px[x], *root, pz[z]],
@@ -231,7 +313,7 @@ fn put<const AXIS: usize>(
         [placed[i] + margin, placed[i + 1] - margin]
     });
     for (lane, (node, root)) in batch.iter().zip(roots).enumerate() {
-        let [low, high] = alone[position(*node)[AXIS]];
+        let [low, high] = alone[place_of(*node)[AXIS]];
         if *root < low || *root > high {
             near.push(Near { vertex: first + lane, axis: Axis::ALL[AXIS], node: *node });
         }
@@ -247,28 +329,24 @@ fn rim(
     rows: &Rows,
     spans: &Spans,
 ) -> Option<Rim> {
-    let at = position(node);
+    let at = place_of(node);
     let mut beside = [0, 1, 2].map(|a| brick[a] as usize * BRICK + at[a]);
-    for a in (0..3).filter(|&a| a != axis.index() && spans.0[a].outer >> at[a] & 1 == 1) {
+    let is_outer = |a: usize| a != axis.index() && spans.0[a].outer >> at[a] & 1 == 1;
+    if !(0..3).any(is_outer) {
+        return None;
+    }
+    for a in (0..3).filter(|&a| is_outer(a)) {
         // The first node of all is at position 1; the other outer plane is the upper one.
         beside[a] = if beside[a] == 1 { 0 } else { beside[a] + 1 };
     }
     let ghost = (0..3).map(|a| (beside[a] % BRICK) << (4 * a)).sum::<usize>() as u16;
     let [x, y, z] = at;
-    let rim = Rim {
+    Some(Rim {
         brick: beside.map(|p| (p / BRICK) as u32),
         ghost,
         lane,
         rising: rows[z][y] >> x & 1 == 1,
-    };
-    ((rim.brick, rim.ghost) != (brick, node)).then_some(rim)
-}
-
-/// Position along each axis of a node in its brick.
-#[inline(always)]
-fn position(node: u16) -> [usize; 3] {
-    let node = usize::from(node);
-    [node % BRICK, node / BRICK % BRICK, node / (BRICK * BRICK) % BRICK]
+    })
 }
 
 /// Writes the lower nodes of crossed edges and returns how many they are.
@@ -442,7 +520,9 @@ impl Lanes {
     /// Moves the `roots` of edges in outer planes to the planes: as far again beyond the roots
     /// between their ghosts, which are sampled halfway, as those are from them.
     ///
-    /// An edge whose signs are others there keeps its root.
+    /// An edge whose signs are others there keeps its root; `each` is told lane, ghost and root of
+    /// the others.
+    #[expect(clippy::too_many_arguments, reason = "one call site")]
     fn meet_planes<S: Sampler>(
         &mut self,
         arch: Arch,
@@ -451,6 +531,7 @@ impl Lanes {
         table: &[f64; SIDE],
         extent: f64,
         roots: &mut [f64],
+        mut each: impl FnMut(usize, u16, f64),
     ) -> Result<(), Failure> {
         let mut nodes = [0; BATCH];
         for (node, rim) in nodes.iter_mut().zip(rims) {
@@ -473,9 +554,10 @@ impl Lanes {
         }
         let halfway = self.solve(arch, ask, &nodes[..kept], table, extent)?;
         for ((lane, node), halfway) in lanes.iter().zip(&nodes[..kept]).zip(halfway) {
-            let i = position(*node)[ask.axis.index()];
+            let i = place_of(*node)[ask.axis.index()];
             let met = 2.0 * halfway - roots[*lane];
             roots[*lane] = met.clamp(table[i], table[i + 1]);
+            each(*lane, *node, *halfway);
         }
         Ok(())
     }

@@ -1,7 +1,7 @@
 //! Samplers and checks for tests.
 
 use super::{Grid, Report, Settings, contour};
-use crate::eval::sampler::Failure;
+use crate::eval::sampler::{Failure, place_of};
 use crate::eval::{BRICK, BrickSigns, End, NodeBox, Sampler};
 use crate::geom::{Aabb, Axis};
 use crate::mesh::Mesh;
@@ -151,8 +151,7 @@ where
         _: &[u64],
     ) -> Result<(), Failure> {
         assert!(nodes.len() <= 256);
-        let local = |n: u16| [n % 16, n / 16 % 16, n / 256];
-        let node = |n: u16| [0, 1, 2].map(|a| usize::from(local(n)[a]) + BRICK * brick[a] as usize);
+        let node = |n: u16| [0, 1, 2].map(|a| place_of(n)[a] + BRICK * brick[a] as usize);
         *workspace = (axis, nodes.iter().map(|&n| node(n)).collect());
         Ok(())
     }

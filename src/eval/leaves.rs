@@ -33,6 +33,14 @@ impl Leaves {
         leaves
     }
 
+    /// The leaves of three line programs alone.
+    #[must_use]
+    pub fn of_lines(lines: &[Schedule; 3]) -> Self {
+        let mut leaves = Self::default();
+        lines.iter().for_each(|schedule| leaves.collect(schedule, |_| true));
+        leaves
+    }
+
     /// The leaves of an interval program.
     #[must_use]
     pub fn of_boxes(boxes: &Schedule) -> Self {

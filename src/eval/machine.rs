@@ -54,7 +54,7 @@ pub(super) struct InterpretedMemory {
 
 /// Programs of more operations are not compiled unasked: it takes longer (some 20 microseconds an
 /// operation) than many a job, of which the boxes of the octree then need little.
-const LARGE: usize = 20_000;
+pub(super) const LARGE: usize = 20_000;
 
 const MISMATCH: &str = "a workspace is used with the sampler that made it";
 
@@ -172,7 +172,8 @@ impl Machine {
                 own.lines[along.index()].begin(lines, leaves, first(brick), nodes, activity)
             }
             (Self::Compiled(compiled), Memory::Compiled(own), Inputs::Compiled(tiles)) => {
-                compiled.line_begin(own, tiles, along, brick, nodes, activity)
+                let (lines, own) = compiled.lines(own);
+                lines.begin(own, tiles, along, brick, nodes, activity)
             }
             _ => panic!("{MISMATCH}"),
         }
@@ -192,7 +193,8 @@ impl Machine {
                 own.lines[axis].ends(&mut memory.lines[axis], leaves, end, values)
             }
             (Self::Compiled(compiled), Memory::Compiled(own), Inputs::Compiled(tiles)) => {
-                compiled.line_ends(own, tiles, end, values)
+                let (lines, own) = compiled.lines(own);
+                lines.ends(own, tiles, end, values)
             }
             _ => panic!("{MISMATCH}"),
         }
@@ -210,10 +212,11 @@ impl Machine {
         match (self, memory, inputs) {
             (Self::Interpreter(own), Memory::Interpreter(memory), Inputs::Interpreter(leaves)) => {
                 let axis = memory.axis.index();
-                own.lines[axis].between(&mut memory.lines[axis], leaves, at, values, slopes)
+                own.lines[axis].between(&mut memory.lines[axis], leaves, at, &mut [values, slopes])
             }
             (Self::Compiled(compiled), Memory::Compiled(own), Inputs::Compiled(tiles)) => {
-                compiled.line(own, tiles, at, values, slopes)
+                let (lines, own) = compiled.lines(own);
+                lines.between(own, tiles, at, &mut [values, slopes])
             }
             _ => panic!("{MISMATCH}"),
         }

@@ -14,6 +14,7 @@ pub mod levels;
 pub mod lower;
 mod machine;
 pub mod program;
+pub mod rates;
 pub mod regions;
 pub mod sampler;
 pub mod schedule;
@@ -22,6 +23,7 @@ pub mod tape;
 pub mod vicinity;
 
 pub use program::{Bound, Engine, Program, ProgramError, Workspace};
+pub use rates::{BoundRates, Rates};
 pub use sampler::{BRICK, BrickSigns, End, NodeBox, Sampler};
 
 #[cfg(test)]

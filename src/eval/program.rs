@@ -94,6 +94,12 @@ impl Program {
         (&self.0.lowered.graph, self.0.lowered.root)
     }
 
+    /// The lowered form and the bits of its regions.
+    pub(super) fn parts(&self) -> (&Lowered, Bits) {
+        let Parts { lowered, bits, .. } = &*self.0;
+        (lowered, bits.through(|id| lowered.image(id)))
+    }
+
     /// Binds the program to a grid and to values of the parameters, by slot.
     ///
     /// `coordinates` holds the coordinate table of each axis: finite, non-decreasing numbers, a

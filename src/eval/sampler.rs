@@ -33,6 +33,29 @@ pub struct NodeBox {
     pub index: [u32; 3],
 }
 
+/// The number of the node at a place of a brick, 0 to [`BRICK`] along each axis.
+///
+/// It is `x + 16 y + 256 z` inside the brick. A place of sixteen, on a far face of the brick's
+/// cells, counts as zero there and sets bit 12, 13 or 14.
+#[must_use]
+#[inline(always)]
+pub const fn node_at([x, y, z]: [usize; 3]) -> u16 {
+    let near = x % BRICK + y % BRICK * BRICK + z % BRICK * BRICK * BRICK;
+    (near + (x / BRICK << 12) + (y / BRICK << 13) + (z / BRICK << 14)) as u16
+}
+
+/// The place of the node of that number: the inverse of [`node_at`].
+#[must_use]
+#[inline(always)]
+pub const fn place_of(node: u16) -> [usize; 3] {
+    let node = node as usize;
+    [
+        node % BRICK + (node >> 12 & 1) * BRICK,
+        node / BRICK % BRICK + (node >> 13 & 1) * BRICK,
+        node / (BRICK * BRICK) % BRICK + (node >> 14 & 1) * BRICK,
+    ]
+}
+
 /// An end of a grid edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum End {
@@ -100,9 +123,10 @@ pub trait Sampler: Sync {
         values: &mut [f64; BRICK * BRICK * BRICK],
     ) -> Result<(), Failure>;
 
-    /// Sets up a batch of grid edges along `axis` whose lower nodes lie in one brick.
+    /// Sets up a batch of grid edges along `axis` of the cells of one brick.
     ///
-    /// A node is given by its position in the brick, `x + 16 y + 256 z`. At most 256 edges.
+    /// An edge is given by the number of its lower node ([`node_at`]), which is on no far face
+    /// across `axis`. At most 256 edges.
     ///
     /// # Errors
     /// [`Failure`] of an oracle.

@@ -1,6 +1,11 @@
-//! Quantities of a solid: densities and wall thickness.
+//! Quantities of a solid: volume and area, their derivatives by parameters, wall thickness.
 //!
-//! Measures of a mesh by itself (volume, area, topology, quality) are in
-//! [`Measures`](crate::mesh::Measures); here is what also needs the field or the box.
+//! Measures of a mesh by itself (quality, topology) are in [`Measures`](crate::mesh::Measures);
+//! here is what also needs the field or the box, or what needs no mesh to be kept.
 
+pub mod gradient;
+pub mod quadrature;
 pub mod walls;
+
+pub use gradient::{Gradient, GridMotion, Totals, gradient, totals};
+pub use quadrature::{Estimate, FieldMeasures, quadrature};

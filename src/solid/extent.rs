@@ -120,23 +120,8 @@ impl Solid {
     pub fn extent(&self, graph: &Graph, parameters: &[f64]) -> Extent {
         let mut values = Values::new(graph, parameters);
         let mut stack: Vec<Extent> = Vec::new();
-        for Step { rule, span } in &self.steps {
-            let extent = match rule {
-                Rule::Leaf(leaf) => Extent::leaf(leaf, *span, &mut values),
-                Rule::Join(join, order) => {
-                    let (second, first) = (pop(&mut stack), pop(&mut stack));
-                    match order {
-                        Order::AsWritten => Extent::joined(*join, first, second, *span),
-                        Order::Exchanged => Extent::joined(*join, second, first, *span),
-                    }
-                }
-                Rule::Grow(by) => pop(&mut stack).grown(*by, *span, &mut values),
-                Rule::Everywhere => pop(&mut stack).everywhere(*span),
-                Rule::Translate(by) => pop(&mut stack).translated(*by, *span, &mut values),
-                Rule::Scale(by) => pop(&mut stack).scaled(*by, *span, &mut values),
-                Rule::Rotate(rows) => pop(&mut stack).rotated(*rows, *span, &mut values),
-            };
-            stack.push(extent);
+        for step in &self.steps {
+            step.run(&mut stack, &mut values);
         }
         pop(&mut stack)
     }
@@ -166,8 +151,31 @@ impl Solid {
     }
 }
 
+impl Step {
+    /// Replaces the extents on the stack that the step takes by the one that it makes.
+    pub(super) fn run(&self, stack: &mut Vec<Extent>, values: &mut Values<'_>) {
+        let Self { rule, span } = self;
+        let extent = match rule {
+            Rule::Leaf(leaf) => Extent::leaf(leaf, *span, values),
+            Rule::Join(join, order) => {
+                let (second, first) = (pop(stack), pop(stack));
+                match order {
+                    Order::AsWritten => Extent::joined(*join, first, second, *span),
+                    Order::Exchanged => Extent::joined(*join, second, first, *span),
+                }
+            }
+            Rule::Grow(by) => pop(stack).grown(*by, *span, values),
+            Rule::Everywhere => pop(stack).everywhere(*span),
+            Rule::Translate(by) => pop(stack).translated(*by, *span, values),
+            Rule::Scale(by) => pop(stack).scaled(*by, *span, values),
+            Rule::Rotate(rows) => pop(stack).rotated(*rows, *span, values),
+        };
+        stack.push(extent);
+    }
+}
+
 /// The extent on top of the stack.
-fn pop(stack: &mut Vec<Extent>) -> Extent {
+pub(super) fn pop(stack: &mut Vec<Extent>) -> Extent {
     stack.pop().expect("a solid's steps are built by its own operations and are balanced")
 }
 
@@ -322,7 +330,7 @@ impl Extent {
     }
 
     /// Whether the box has a finite end along axis `a`.
-    fn has_end(&self, a: usize) -> bool {
+    pub(super) fn has_end(&self, a: usize) -> bool {
         self.bounds.lo[a].is_finite() || self.bounds.hi[a].is_finite()
     }
 

@@ -13,6 +13,7 @@ pub mod motions;
 pub mod offsets;
 pub mod primitives;
 pub mod sets;
+mod slopes;
 pub mod span;
 pub mod values;
 

@@ -9,7 +9,7 @@ use super::buffers::allocate;
 use super::code::{self, Action, Buffers, Call, Frame, Instruction, Layout, PLANE, READ};
 use super::code::{Shape, Source};
 use crate::eval::leaves::{LeafValues, Leaves};
-use crate::eval::sampler::{BRICK, End};
+use crate::eval::sampler::{End, place_of};
 use crate::eval::schedule::{Schedule, Step, UNIFORM, line};
 use crate::eval::tape::{Op, Position};
 use crate::expr::{Failure, Oracle};
@@ -29,8 +29,8 @@ pub struct LineProgram {
     ends: Vec<Step>,
     inner: Vec<Step>,
     coordinate: Option<u32>,
-    value: Source,
-    slope: Source,
+    /// The value, its derivative along the axis, and what else the schedule yields.
+    outputs: Vec<Source>,
     buffers: usize,
 }
 
@@ -47,7 +47,7 @@ pub struct LineWorkspace {
 
 impl LineProgram {
     /// The program of `schedule`, which is that of lines along `axis` and whose outputs are the
-    /// value and its derivative along the axis.
+    /// value, its derivative along the axis, and whatever else is wanted between nodes.
     #[must_use]
     pub fn new(
         schedule: &Schedule,
@@ -56,7 +56,7 @@ impl LineProgram {
         axis: Axis,
     ) -> Self {
         let tape = schedule.tape();
-        let [value, slope] = [tape.outputs()[0], tape.outputs()[1]];
+        let value = tape.outputs()[0];
         let computed = |p: Position| !tape.axes(p).is_empty();
         let mut stage = vec![UNIFORM; tape.len()];
         for number in [line::FIXED, line::BATCH, line::ALONG, line::CORE] {
@@ -138,8 +138,7 @@ impl LineProgram {
             ends: schedule.steps(ends),
             inner: schedule.steps(inner()),
             coordinate: coordinate.and_then(|p| allocation.of[p.index()]),
-            value: layout.sources[value.index()],
-            slope: layout.sources[slope.index()],
+            outputs: tape.outputs().iter().map(|p| layout.sources[p.index()]).collect(),
             buffers: allocation.counts.first().copied().unwrap_or(0) as usize,
             between,
             at_nodes,
@@ -169,8 +168,7 @@ impl LineProgram {
         let LineWorkspace { buffers, nodes: lanes, activity: own, begin, ends, inner } = workspace;
         for ((list, first), axis) in lanes.iter_mut().zip(first).zip(0..) {
             list.clear();
-            let place = |node: u16| usize::from(node) / BRICK.pow(axis) % BRICK;
-            list.extend(nodes.iter().map(|&node| (first + place(node)) as u32));
+            list.extend(nodes.iter().map(|&node| (first + place_of(node)[axis]) as u32));
         }
         own.clear();
         own.extend_from_slice(activity);
@@ -199,14 +197,14 @@ impl LineProgram {
         }
         let frame = frame(leaves, nodes, activity);
         let answer = code::run(&self.at_nodes, ends, &self.calls, &frame, buffers);
-        frame.view(self.value, Shape::Plane, buffers).copy_to(values);
+        frame.view(self.outputs[0], Shape::Plane, buffers).copy_to(values);
         if end == End::Upper {
             nodes[self.axis.index()].iter_mut().for_each(|node| *node -= 1);
         }
         answer
     }
 
-    /// Values and slopes at coordinate `at[m]` of edge `m`.
+    /// The first outputs, as many as `out` has slices, at coordinate `at[m]` of edge `m`.
     ///
     /// # Errors
     /// [`Failure`] of an oracle.
@@ -215,8 +213,7 @@ impl LineProgram {
         workspace: &mut LineWorkspace,
         leaves: &LeafValues,
         at: &[f64],
-        values: &mut [f64],
-        slopes: &mut [f64],
+        out: &mut [&mut [f64]],
     ) -> Result<(), Failure> {
         let LineWorkspace { buffers, nodes, activity, inner, .. } = workspace;
         if let Some(buffer) = self.coordinate {
@@ -226,8 +223,9 @@ impl LineProgram {
         }
         let frame = frame(leaves, nodes, activity);
         code::run(&self.between, inner, &self.calls, &frame, buffers)?;
-        frame.view(self.value, Shape::Plane, buffers).copy_to(values);
-        frame.view(self.slope, Shape::Plane, buffers).copy_to(slopes);
+        for (source, out) in self.outputs.iter().zip(out) {
+            frame.view(*source, Shape::Plane, buffers).copy_to(out);
+        }
         Ok(())
     }
 }

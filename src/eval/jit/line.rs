@@ -45,15 +45,15 @@ pub(super) struct Line {
     coordinate: Option<usize>,
     /// Where the value is at the ends.
     end_value: Home,
-    value: Home,
-    slope: Home,
+    /// Where the value, its derivative along the axis and the other outputs are between the ends.
+    outputs: Vec<Home>,
     /// Numbers of scratch memory.
     pub(super) scratch: usize,
 }
 
 impl Line {
-    /// Compiles the program of `schedule`, whose tape yields the value and its derivative along
-    /// `axis`.
+    /// Compiles the program of `schedule`, whose tape yields the value, its derivative along
+    /// `axis`, and whatever else is wanted between the ends.
     pub(super) fn compile(
         schedule: &Schedule,
         leaves: &Leaves,
@@ -80,8 +80,7 @@ impl Line {
             between,
             coordinate: coordinate.map(home).and_then(Home::buffer),
             end_value: plan.end_homes[tape.outputs()[0].index()],
-            value: home(tape.outputs()[0]),
-            slope: home(tape.outputs()[1]),
+            outputs: tape.outputs().iter().map(|p| home(*p)).collect(),
             scratch: plan.scratch,
         })
     }
@@ -107,21 +106,21 @@ impl Line {
         Ok(())
     }
 
-    /// Values and derivatives at the coordinates `at`.
+    /// The first outputs, as many as `out` has slices, at the coordinates `at`.
     pub(super) fn between(
         &self,
         run: &mut Run<'_>,
         arguments: &mut Arguments<'_>,
         at: &[f64],
-        values: &mut [f64],
-        slopes: &mut [f64],
+        out: &mut [&mut [f64]],
     ) -> Result<(), Failure> {
         if let Some(first) = self.coordinate {
             arguments.scratch[first..][..at.len()].copy_from_slice(at);
         }
         run.actions(&self.between, arguments, rounds(run.lanes))?;
-        read(self.value, arguments, values);
-        read(self.slope, arguments, slopes);
+        for (home, out) in self.outputs.iter().zip(out) {
+            read(*home, arguments, out);
+        }
         Ok(())
     }
 }

@@ -15,6 +15,7 @@ mod flow;
 mod host;
 mod layout;
 mod line;
+mod lines;
 mod ops;
 mod ranges;
 mod segment;
@@ -22,22 +23,21 @@ mod tiles;
 mod volume;
 mod window;
 
+pub use lines::{Lines, LinesWorkspace};
 pub use ranges::{Leaves as RangeLeaves, Ranges};
 pub use tiles::Tiles;
 
 use super::leaves::Leaves;
-use super::sampler::{BRICK, BrickSigns, End};
+use super::sampler::{BRICK, BrickSigns};
 use super::schedule::Schedule;
 use crate::expr::Failure;
 use crate::geom::Axis;
 use action::Run;
 use brick::{Brick, Yield};
 use call::Arguments;
-use calls::{PLANE, ROW, Staging};
+use calls::{PLANE, Staging};
 use cranelift_module::ModuleError;
-use line::Line;
 use std::sync::{Arc, OnceLock};
-use tiles::Nodes;
 
 /// Why a program could not be compiled; the interpreter runs it all the same.
 #[derive(Clone, Debug, thiserror::Error)]
@@ -69,7 +69,7 @@ fn check_size(numbers: usize) -> Result<(), CompileError> {
 #[derive(Debug)]
 pub struct Compiled {
     signs: Brick,
-    lines: [Line; 3],
+    lines: Lines,
     /// Compiled when values are asked for first; few callers do.
     values: OnceLock<Result<Brick, CompileError>>,
     schedule: Schedule,
@@ -81,10 +81,7 @@ pub struct Compiled {
 pub struct Workspace {
     scratch: Vec<f64>,
     staging: Box<Staging>,
-    lines: [Vec<f64>; 3],
-    axis: Axis,
-    nodes: Box<Nodes>,
-    activity: Vec<u64>,
+    lines: LinesWorkspace,
 }
 
 impl Compiled {
@@ -99,17 +96,14 @@ impl Compiled {
         lines: &[Schedule; 3],
         leaves: &Leaves,
     ) -> Result<Self, CompileError> {
-        let tables = leaves.table_counts().into_iter().max().unwrap_or(0);
-        check_size(leaves.uniform_count().max(tables.saturating_mul(ROW)))?;
         // Compiling is most of the time of a small job.
-        let line = |axis: Axis| Line::compile(&lines[axis.index()], leaves, axis);
-        let (signs, (x, (y, z))) = rayon::join(
+        let (signs, lines) = rayon::join(
             || Brick::compile(signs, leaves, Yield::Signs),
-            || rayon::join(|| line(Axis::X), || rayon::join(|| line(Axis::Y), || line(Axis::Z))),
+            || Lines::compile(lines, leaves),
         );
         Ok(Self {
             signs: signs?,
-            lines: [x?, y?, z?],
+            lines: lines?,
             values: OnceLock::new(),
             schedule: brick.clone(),
             leaves: leaves.clone(),
@@ -122,10 +116,7 @@ impl Compiled {
         Workspace {
             scratch: vec![0.0; self.signs.scratch],
             staging: Box::new([[0.0; PLANE]; 4]),
-            lines: self.lines.each_ref().map(|line| vec![0.0; line.scratch]),
-            axis: Axis::X,
-            nodes: Box::default(),
-            activity: Vec::new(),
+            lines: self.lines.workspace(),
         }
     }
 
@@ -188,81 +179,12 @@ impl Compiled {
         program.run(&mut run, &mut arguments)
     }
 
-    /// See [`Sampler::line_begin`](super::Sampler::line_begin).
-    ///
-    /// # Errors
-    /// [`Failure`] of an oracle.
-    pub fn line_begin(
-        &self,
-        workspace: &mut Workspace,
-        tiles: &Tiles,
-        axis: Axis,
-        brick: [u32; 3],
-        nodes: &[u16],
-        activity: &[u64],
-    ) -> Result<(), Failure> {
-        workspace.axis = axis;
-        workspace.nodes.set(brick, nodes);
-        workspace.nodes.look(axis, End::Lower);
-        workspace.activity.clear();
-        workspace.activity.extend_from_slice(activity);
-        self.on_line(workspace, tiles, nodes.len(), |line, run, arguments| {
-            line.begin(run, arguments)
-        })
-    }
-
-    /// See [`Sampler::line_ends`](super::Sampler::line_ends).
-    ///
-    /// # Errors
-    /// [`Failure`] of an oracle.
-    pub fn line_ends(
-        &self,
-        workspace: &mut Workspace,
-        tiles: &Tiles,
-        end: End,
-        values: &mut [f64],
-    ) -> Result<(), Failure> {
-        workspace.nodes.look(workspace.axis, end);
-        self.on_line(workspace, tiles, values.len(), |line, run, arguments| {
-            line.ends(run, arguments, values)
-        })
-    }
-
-    /// See [`Sampler::line`](super::Sampler::line).
-    ///
-    /// # Errors
-    /// [`Failure`] of an oracle.
-    pub fn line(
-        &self,
-        workspace: &mut Workspace,
-        tiles: &Tiles,
-        at: &[f64],
-        values: &mut [f64],
-        slopes: &mut [f64],
-    ) -> Result<(), Failure> {
-        self.on_line(workspace, tiles, at.len(), |line, run, arguments| {
-            line.between(run, arguments, at, values, slopes)
-        })
-    }
-
-    /// Runs a part of the present batch's program.
-    fn on_line(
-        &self,
-        workspace: &mut Workspace,
-        tiles: &Tiles,
-        lanes: usize,
-        part: impl FnOnce(&Line, &mut Run<'_>, &mut Arguments<'_>) -> Result<(), Failure>,
-    ) -> Result<(), Failure> {
-        let Workspace { staging, lines, axis, nodes, activity, .. } = workspace;
-        let mut arguments = Arguments {
-            uniforms: &tiles.uniforms,
-            activity,
-            scratch: &mut lines[axis.index()],
-            ..Arguments::default()
-        };
-        let line = &self.lines[axis.index()];
-        let mut run = Run { code: &line.code, staging, tiles, lanes, nodes: Some(nodes) };
-        part(line, &mut run, &mut arguments)
+    /// The programs over edges, and the memory for them.
+    pub(in crate::eval) fn lines<'a>(
+        &'a self,
+        workspace: &'a mut Workspace,
+    ) -> (&'a Lines, &'a mut LinesWorkspace) {
+        (&self.lines, &mut workspace.lines)
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::calls::{PLANE, ROW};
 use crate::eval::leaves::LeafValues;
-use crate::eval::sampler::End;
+use crate::eval::sampler::{End, place_of};
 use crate::expr::Oracle;
 use crate::geom::Axis;
 use std::sync::Arc;
@@ -49,11 +49,22 @@ impl Tiles {
     }
 }
 
+impl Tiles {
+    /// The first number of table `table` of the brick after `brick`; the grid's last node, which may
+    /// stand alone in a brick, has none after it.
+    #[inline]
+    fn beyond(&self, axis: Axis, brick: u32, table: usize) -> f64 {
+        let len = self.counts[axis.index()] * ROW;
+        let at = (brick as usize + 1) * len + table * ROW;
+        self.tables[axis.index()].get(at).copied().unwrap_or_default()
+    }
+}
+
 /// The nodes of a batch of edges, within their brick.
 #[derive(Clone, Debug)]
 pub(super) struct Nodes {
     brick: [u32; 3],
-    /// Place of each lane's node in the brick along each axis.
+    /// Place of each lane's node in the brick along each axis, 0 to 16.
     places: [[u8; PLANE]; 3],
     /// How far the gathered node is beyond the lane's along each axis: nought or one.
     ahead: [u8; 3],
@@ -71,9 +82,7 @@ impl Nodes {
         let Self { brick: own, places: [x, y, z], .. } = self;
         *own = brick;
         for (((x, y), z), node) in x.iter_mut().zip(y).zip(z).zip(nodes) {
-            *x = (node % 16) as u8;
-            *y = (node / 16 % 16) as u8;
-            *z = (node / 256 % 16) as u8;
+            [*x, *y, *z] = place_of(*node).map(|place| place as u8);
         }
     }
 
@@ -96,11 +105,13 @@ impl Nodes {
     ) {
         let a = axis.index();
         let (tile, ahead) = (tiles.tile(axis, self.brick[a]), self.ahead[a]);
-        let mut rows = [[0.0; ROW]; N];
+        // Twice as long as a tile, for the node on the far face.
+        let mut rows = [[0.0; 2 * ROW]; N];
         for (row, table) in rows.iter_mut().zip(tables) {
             let own = &tile[table * ROW..][..ROW];
             if ahead == 0 {
-                row.copy_from_slice(own);
+                row[..ROW].copy_from_slice(own);
+                row[ROW] = tiles.beyond(axis, self.brick[a], table);
             } else {
                 row[..ROW - 1].copy_from_slice(&own[1..]);
                 row[ROW - 1] = tiles.tile(axis, self.brick[a] + 1)[table * ROW];
@@ -109,7 +120,7 @@ impl Nodes {
         let blocks = out.first().map_or(0, |out| out.len() / BLOCK);
         for (b, block) in self.places[a].as_chunks::<BLOCK>().0[..blocks].iter().enumerate() {
             // A remainder, so that no lane needs a test.
-            let places = block.map(|place| usize::from(place) % ROW);
+            let places = block.map(|place| usize::from(place) % (2 * ROW));
             for (out, row) in out.iter_mut().zip(&rows) {
                 if let Some(out) = out[BLOCK * b..].first_chunk_mut::<BLOCK>() {
                     for (out, place) in out.iter_mut().zip(places) {

@@ -7,6 +7,7 @@
 mod cases;
 mod ranges;
 
+use super::sampler::{node_at, place_of};
 use super::{BRICK, Bound, End, Engine, NodeBox, Program, Sampler, Workspace, interpret};
 use crate::expr::probe::{self, Source};
 use crate::expr::{Graph, NodeId, derive};
@@ -255,7 +256,9 @@ fn check_lines(
 ) {
     let a = axis.index();
     let count = [1, 15, 16, 17, 200, 256][source.below(6)];
-    let mut nodes: Vec<u16> = (0..count).map(|_| source.below(BRICK.pow(3)) as u16).collect();
+    let across = |b: usize| if a == b { BRICK } else { BRICK + 1 };
+    let mut nodes: Vec<u16> =
+        (0..count).map(|_| node_at([0, 1, 2].map(|b| source.below(across(b))))).collect();
     let step = BRICK.pow(a as u32);
     let crosses = |n: &u16| {
         let n = usize::from(*n);
@@ -266,9 +269,7 @@ fn check_lines(
     if !crossed.is_empty() && source.below(2) == 0 {
         nodes.fill_with(|| source.of(&crossed));
     }
-    let place = |node: u16, b: usize| {
-        brick[b] as usize * BRICK + usize::from(node) / BRICK.pow(b as u32) % BRICK
-    };
+    let place = |node: u16, b: usize| brick[b] as usize * BRICK + place_of(node)[b];
     let corner = |end: usize| -> [Vec<f64>; 3] {
         std::array::from_fn(|b| {
             let ahead = if a == b { end } else { 0 };
@@ -286,7 +287,10 @@ fn check_lines(
     let value_at =
         |at: &[Vec<f64>; 3]| reference(&graph, program.sampled().1, at.each_ref().map(|c| &c[..]));
     let slope_at = |at: &[Vec<f64>; 3]| reference(&graph, slope, at.each_ref().map(|c| &c[..]));
-    let at_lower: Vec<f64> = nodes.iter().map(|&n| plain[usize::from(n)]).collect();
+    let at_lower = value_at(&lower);
+    for (&node, value) in nodes.iter().zip(&at_lower).filter(|(node, _)| **node < 1 << 12) {
+        assert!(same(plain[usize::from(node)], *value), "{} at node {node}", case.name);
+    }
     let at_upper = value_at(&upper);
     let (in_between, slopes_between) = (value_at(&between), slope_at(&between));
     let slopes_lower = slope_at(&lower);

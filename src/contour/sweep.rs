@@ -1,0 +1,308 @@
+//! The mesh one brick at a time, for those who want its measures and not the mesh.
+//!
+//! [`sweep`] shows the part of the mesh in the cells of each brick, its *patch*: the triangles that
+//! [`contour`](super::contour) makes there, with the same positions to the bit. Each patch is whole
+//! by itself: crossings on the far faces of a brick's cells are found again for the next brick,
+//! about one in eight, which costs less than numbers that hold for the whole mesh, and nothing
+//! outlives its brick. Every triangle is in one patch.
+
+use super::assemble::{Clocks, Lap, Scene, Stage, TASK, Worker, sample};
+use super::bits::{OUTSIDE, ROW, Rows, SIDE, Spans, gather, spread};
+use super::coarse::{self, coarse_nodes};
+use super::faces::{self, Facing};
+use super::grid::Grid;
+use super::numbering::{Bits, Block};
+use super::place::{BrickLines, Roots};
+use super::{Error, Report, Settings};
+use crate::eval::sampler::{Failure, node_at, place_of};
+use crate::eval::{BRICK, Sampler};
+use crate::geom::Axis;
+use crate::num::Progress;
+use crate::octree::{Pool, subdivide};
+use pulp::Arch;
+use rayon::prelude::*;
+use std::time::Instant;
+
+/// The part of the mesh in the cells of one brick.
+#[derive(Debug)]
+pub struct Patch<'a> {
+    /// Position of the brick.
+    pub brick: [u32; 3],
+    /// Its activity; empty where the brick was proved inside.
+    pub activity: &'a [u64],
+    /// Lower nodes of the crossed edges along x, y and z; then inside nodes of outer planes.
+    pub nodes: [&'a [u16]; 4],
+    /// Positions of the vertices: those on the edges, then the nodes, in the order of `nodes`.
+    pub positions: &'a [[f64; 3]],
+    /// The roots that the vertices on edges were placed from.
+    pub roots: &'a Roots,
+    /// Triangles, counter-clockwise from outside; corners are places in `positions`.
+    pub triangles: &'a [[u32; 3]],
+    /// Triangles on every other node, if the visitor asks for them; they share the vertices.
+    pub coarse: &'a [[u32; 3]],
+    /// Coordinates of the brick's nodes.
+    pub lines: &'a BrickLines,
+}
+
+/// What looks at patches.
+pub trait Visitor: Sync {
+    /// Scratch memory of one thread.
+    type Memory: Send;
+    /// What a task gathers from its bricks, which are the same whatever the number of threads.
+    type Sum: Send;
+    /// Whether patches come with their triangles on every other node.
+    const COARSE: bool = false;
+
+    /// Fresh memory.
+    fn memory(&self) -> Self::Memory;
+
+    /// The sum of no patches.
+    fn zero(&self) -> Self::Sum;
+
+    /// Adds what `patch` has.
+    ///
+    /// # Errors
+    /// [`Failure`] of an oracle.
+    fn visit(
+        &self,
+        memory: &mut Self::Memory,
+        patch: &Patch<'_>,
+        sum: &mut Self::Sum,
+    ) -> Result<(), Failure>;
+}
+
+/// Shows `visitor` the mesh of the field that `sampler` has bound to [`Grid::tables`], and returns
+/// the sums of its tasks, in the order of the bricks.
+///
+/// The report is that of contouring; nothing is numbered or written.
+///
+/// # Errors
+/// [`Error`] when the field can't be evaluated or the work is cancelled.
+pub fn sweep<S: Sampler, V: Visitor>(
+    sampler: &S,
+    grid: &Grid,
+    settings: &Settings,
+    progress: &Progress,
+    visitor: &V,
+) -> Result<(Vec<V::Sum>, Report), Error> {
+    let start = Instant::now();
+    let lengths = Axis::ALL.map(|axis| grid.sampled(axis).len());
+    if sampler.nodes() != lengths {
+        return Err(Error::OtherGrid { sampler: sampler.nodes(), grid: lengths });
+    }
+    let bricks = subdivide(sampler, settings.pruning, progress)?;
+    let mut report = Report {
+        bricks: bricks.total() as u64,
+        active_bricks: bricks.active.len() as u64,
+        boxes: bricks.boxes,
+        samples: bricks.active.len() as u64 * BRICK.pow(3) as u64,
+        ..Report::default()
+    };
+    report.stages.subdivide = start.elapsed();
+
+    let clocks = Clocks::default();
+    let scene = Scene::new(sampler, grid, &bricks);
+    let (pool, memories) = (Pool::default(), Pool::default());
+    let make = || Sweeper::new(sampler);
+    let owners = scene.owners.len();
+    let task = (owners / 64).clamp(4, TASK);
+    let tasks = |items: usize| items.div_ceil(task) as u64;
+    progress.expect(tasks(bricks.active.len()) + tasks(owners));
+
+    let mut signs = vec![OUTSIDE; bricks.active.len()];
+    report.nans = signs
+        .par_chunks_mut(task)
+        .enumerate()
+        .map(|(t, chunk)| {
+            let nans = pool.lend(make, |own: &mut Sweeper<_>| {
+                sample(&scene, &mut own.worker, t * task, chunk, &clocks)
+            })?;
+            progress.advance(1)?;
+            Ok(nans)
+        })
+        .sum::<Result<u64, Error>>()?;
+    let scene = Scene { signs, ..scene };
+
+    let arch = Arch::new();
+    let sums = (0..owners.div_ceil(task))
+        .into_par_iter()
+        .map(|t| {
+            let ranks = t * task..owners.min((t + 1) * task);
+            let (sum, counts) = pool.lend(make, |own| {
+                memories.lend(
+                    || visitor.memory(),
+                    |memory| visit(&scene, arch, own, ranks, visitor, memory, &clocks),
+                )
+            })?;
+            progress.advance(1)?;
+            Ok((sum, counts))
+        })
+        .collect::<Result<Vec<_>, Error>>()?;
+    let mut gathered = Vec::with_capacity(sums.len());
+    for (sum, [vertices, triangles]) in sums {
+        report.vertices += vertices;
+        report.triangles += triangles;
+        gathered.push(sum);
+    }
+    clocks.report(&mut report.stages);
+    report.stages.total = start.elapsed();
+    Ok((gathered, report))
+}
+
+/// Scratch memory of a task.
+struct Sweeper<W> {
+    worker: Worker<W>,
+    lists: Lists,
+    roots: Roots,
+    coarse: Vec<[u32; 3]>,
+}
+
+impl<W> Sweeper<W> {
+    fn new<S: Sampler<Workspace = W>>(sampler: &S) -> Self {
+        let (lists, roots, coarse) = (Lists::default(), Roots::default(), Vec::new());
+        Self { worker: Worker::new(sampler), lists, roots, coarse }
+    }
+}
+
+/// Lower nodes of crossed edges along each axis, and nodes of outer planes.
+type Lists = [Vec<u16>; 4];
+
+/// Visits the patches of the owners in `ranks`; returns the sum, and the numbers of vertices that
+/// the bricks own and of triangles.
+fn visit<S: Sampler, V: Visitor>(
+    scene: &Scene<'_, S>,
+    arch: Arch,
+    sweeper: &mut Sweeper<S::Workspace>,
+    ranks: std::ops::Range<usize>,
+    visitor: &V,
+    memory: &mut V::Memory,
+    clocks: &Clocks,
+) -> Result<(V::Sum, [u64; 2]), Error> {
+    let bricks = scene.bricks;
+    let Sweeper { worker, lists, roots, coarse } = sweeper;
+    let Worker { workspace, activity, made, block, next, placer, positions, triangles, .. } =
+        worker;
+    triangles.resize(faces::MOST, [0; 3]);
+    let mut sum = visitor.zero();
+    let mut counts = [0; 2];
+    let mut lap = Lap::new(clocks);
+    for (number, _) in scene.owners.iter_from(ranks.start).zip(ranks) {
+        let brick = bricks.position(number);
+        let spans = scene.spans(brick);
+        gather(scene.signs_above(brick, made), &mut block.rows);
+        number_patch(&spans, block, next, lists);
+        lap.ends(Stage::Number);
+
+        positions.clear();
+        roots.edges.clear();
+        roots.rims.clear();
+        let lines = BrickLines::new(scene.grid, brick, scene.extent);
+        let rank = bricks.active.rank(number);
+        if let Some(rank) = rank {
+            bricks.activities.expand(bricks.activity(rank), activity);
+            let edges = [&lists[0][..], &lists[1], &lists[2]];
+            placer.crossings_of_cells(
+                arch,
+                scene.sampler,
+                workspace,
+                brick,
+                activity,
+                edges,
+                &block.rows,
+                &spans,
+                &lines,
+                roots,
+                positions,
+            )?;
+            placer.keep_off(&lines, |place| scene.is_crowded(brick, place), positions);
+        }
+        positions.extend(lists[3].iter().map(|&node| {
+            let place = place_of(node);
+            [0, 1, 2].map(|a| lines.placed[a][place[a]])
+        }));
+        lap.ends(Stage::Place);
+
+        let count = arch.dispatch(Facing { block, next, spans: &spans, out: triangles });
+        coarse.clear();
+        if V::COARSE {
+            let cells = scene.grid.cells();
+            let nodes = [0, 1, 2].map(|a| coarse_nodes(brick[a], cells[a]));
+            coarse::coarse(block, &spans, nodes, coarse);
+        }
+        lap.ends(Stage::Faces);
+
+        let patch = Patch {
+            brick,
+            activity: if rank.is_some() { activity } else { &[] },
+            nodes: lists.each_ref().map(|list| &list[..]),
+            positions,
+            roots,
+            triangles: &triangles[..count],
+            coarse,
+            lines: &lines,
+        };
+        visitor.visit(memory, &patch, &mut sum)?;
+        let own = lists.iter().flatten().filter(|node| is_own(**node)).count();
+        counts = [counts[0] + own as u64, counts[1] + count as u64];
+        lap.ends(Stage::Write);
+    }
+    lap.close();
+    Ok((sum, counts))
+}
+
+/// Whether a vertex at the edge or node of that number is the brick's own, not the next one's.
+#[must_use]
+pub const fn is_own(node: u16) -> bool {
+    node < (BRICK * BRICK * BRICK) as u16
+}
+
+/// Lists the vertices of a brick's cells and numbers them in their order, for [`Facing`]: `block`
+/// holds the signs, and receives the first number of each row; `next` receives those at the far
+/// end along x.
+fn number_patch(spans: &Spans, block: &mut Block, next: &mut Block, lists: &mut Lists) {
+    lists.iter_mut().for_each(Vec::clear);
+    let [xs, ys, zs] = spans.0;
+    let Block { rows, crossings: _, x, y, z, planes } = block;
+    let rows: &Rows = rows;
+    let mut at = 0;
+    let mut row = |list: &mut Vec<u16>,
+                   first: &mut u32,
+                   beyond: Option<&mut u32>,
+                   word: u32,
+                   [j, k]: [usize; 2]| {
+        *first = at;
+        at += word.count_ones();
+        if let Some(beyond) = beyond {
+            *beyond = *first + (word & ROW).count_ones();
+        }
+        list.extend(Bits(u64::from(word)).map(|i| node_at([i, j, k])));
+    };
+    for k in 0..SIDE {
+        for j in 0..SIDE {
+            let word = (rows[k][j] ^ rows[k][j] >> 1) & xs.edge & ROW;
+            row(&mut lists[0], &mut x[k][j], None, word, [j, k]);
+        }
+    }
+    for k in 0..SIDE {
+        for j in 0..BRICK {
+            let word = (rows[k][j] ^ rows[k][j + 1]) & spread(ys.edge, j);
+            row(&mut lists[1], &mut y[k][j], Some(&mut next.y[k][j]), word, [j, k]);
+        }
+    }
+    for k in 0..BRICK {
+        for j in 0..SIDE {
+            let word = (rows[k][j] ^ rows[k + 1][j]) & spread(zs.edge, k);
+            row(&mut lists[2], &mut z[k][j], Some(&mut next.z[k][j]), word, [j, k]);
+        }
+    }
+    let plain = |span: u32| span & (ROW << 1 | 1) == 0;
+    if plain(xs.outer) && plain(ys.outer) && plain(zs.outer) {
+        return;
+    }
+    for k in 0..SIDE {
+        for j in 0..SIDE {
+            let word = rows[k][j] & (xs.outer | spread(ys.outer, j) | spread(zs.outer, k));
+            row(&mut lists[3], &mut planes[k][j], Some(&mut next.planes[k][j]), word, [j, k]);
+        }
+    }
+}

@@ -1,0 +1,546 @@
+//! Volume and area of the mesh, and their exact derivatives by parameters, in one pass over bricks.
+//!
+//! The derivatives are those of the numbers that [`totals`] returns, the volume V and the area A of
+//! the very mesh that contouring makes, not of the surface that it approximates: what an optimizer
+//! that evaluates V and A needs to be consistent.
+//!
+//! # Derivation
+//! Let p be a parameter, and v' the velocity dv/dp of a vertex v. Over the triangles (a, b, c) with
+//! area vectors S = (b - a) x (c - a) / 2 and unit normals n = S / |S|,
+//!
+//! > dV/dp = sum of S . (a' + b' + c') / 3, dA/dp = sum of n . [(b - c) x a' + …] / 2,
+//!
+//! where the first holds for a closed mesh: V = sum a . (b x c) / 6, and around a vertex v of a
+//! closed mesh the sum of b x c is twice that of S. So each vertex has two weights, dV/dv and
+//! dA/dv, which do not depend on the parameters.
+//!
+//! A vertex on a grid edge along x is the root of f(x, y, z; p) = 0 at fixed y and z, so
+//!
+//! > x' = -(f_p + f_y y' + f_z z') / f_x,
+//!
+//! with the branch that the field takes there at its kinks. Where the grid does not depend on p,
+//! y' = z' = 0; else a node's coordinate lo + i h moves with lo' + i h', the last one with hi'. A
+//! vertex on the flat cut at an inside node moves with the node; one held at
+//! [`TAU`] of an edge keeps its fraction of the edge. In an outer plane a vertex is extrapolated from
+//! two roots, u an inset from the plane and v half of that, to 2 v - u: it moves with 2 v' - u'.
+//!
+//! # Where it holds
+//! Between the parameter values at which a node changes sign, a root reaches a kink or the number of
+//! cells changes: V is continuous at the first two to third order in the spacing, A to second. Where
+//! f jumps at a crossing, or its slope there is zero, the crossing has no velocity:
+//! [`Gradient::unresolved`] counts them, and they add nothing.
+//!
+//! Source: the implicit function theorem; for its use on the vertices of marching cubes,
+//! Remelli et al. 2020, "MeshSDF: Differentiable iso-surface extraction", section 3.2, who move
+//! vertices along normals, which is the derivative of the surface and not of the mesh.
+
+use crate::contour::grid::TAU;
+use crate::contour::sweep::{Patch, Visitor, is_own, sweep};
+use crate::contour::{Error, Grid, Report, RimRoot, Settings};
+use crate::eval::rates::{BoundRates, RatesWorkspace};
+use crate::eval::sampler::{Failure, place_of};
+use crate::eval::{BRICK, Sampler};
+use crate::geom::Axis;
+use crate::num::Progress;
+use glam::DVec3;
+
+/// A crossing whose field is farther than this many edge lengths from zero, by its slope, is a jump
+/// of the field: roots are found to 1e-13 edge lengths or the rounding of the field.
+const JUMP: f64 = 1e-6;
+
+/// How far beside a crossing derivatives are taken, in edge lengths, where there are none at it:
+/// far enough to be another number, near enough to change nothing.
+const BESIDE: f64 = 1e-9;
+
+/// Edges in a batch.
+pub(super) const BATCH: usize = 256;
+
+/// Volume and area of a mesh.
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
+pub struct Totals {
+    /// Volume enclosed, in cubed model units.
+    pub volume: f64,
+    /// Area of the surface, flat cuts included, in squared model units.
+    pub area: f64,
+}
+
+/// Volume and area of a mesh with their derivatives by parameters.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct Gradient {
+    /// The quantities.
+    pub totals: Totals,
+    /// Their derivatives, one entry a parameter.
+    pub by: Vec<Totals>,
+    /// Crossings without a velocity, where the field jumps or is flat: 0 for an exact gradient.
+    pub unresolved: u64,
+}
+
+/// How the grid moves with a parameter; nothing moves by default.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct GridMotion {
+    /// Derivative of the box's least corner.
+    pub lo: [f64; 3],
+    /// Derivative of its greatest corner.
+    pub hi: [f64; 3],
+    /// Derivative of the spacing.
+    pub spacing: [f64; 3],
+}
+
+impl GridMotion {
+    /// Whether nothing moves.
+    #[must_use]
+    pub fn is_still(&self) -> bool {
+        *self == Self::default()
+    }
+
+    /// Derivative of the coordinate along axis `a` of the node at padded position `p`, where the
+    /// grid has `cells` cells along it.
+    fn node(&self, a: usize, p: usize, cells: usize) -> f64 {
+        let i = p.saturating_sub(1).min(cells);
+        if i == cells { self.hi[a] } else { self.lo[a] + i as f64 * self.spacing[a] }
+    }
+}
+
+/// Volume and area of the mesh of the field that `sampler` has bound to [`Grid::tables`].
+///
+/// # Errors
+/// [`Error`] when the field can't be evaluated or the work is cancelled.
+pub fn totals<S: Sampler>(
+    sampler: &S,
+    grid: &Grid,
+    settings: &Settings,
+    progress: &Progress,
+) -> Result<(Totals, Report), Error> {
+    let (sums, report) = sweep(sampler, grid, settings, progress, &TotalsVisitor::new(grid))?;
+    let total = sums.into_iter().fold(Totals::default(), Totals::plus);
+    Ok((total, report))
+}
+
+/// Volume and area of the mesh, and their derivatives by the parameters of `rates`, which are
+/// bound to the same tables and values as `sampler`; `motions` says how each moves the grid.
+///
+/// The derivatives across the edges must be among the rates if anything moves.
+///
+/// # Errors
+/// [`Error`] when the field can't be evaluated or the work is cancelled.
+///
+/// # Panics
+/// If the rates have another number of outputs.
+pub fn gradient<S: Sampler>(
+    sampler: &S,
+    rates: &BoundRates,
+    motions: &[GridMotion],
+    grid: &Grid,
+    settings: &Settings,
+    progress: &Progress,
+) -> Result<(Gradient, Report), Error> {
+    let moving = !motions.iter().all(GridMotion::is_still);
+    let across = rates.outputs().checked_sub(2 + motions.len());
+    assert!(across == Some(2) || (across == Some(0) && !moving), "rates suit the motions");
+    let visitor = GradientVisitor {
+        totals: TotalsVisitor::new(grid),
+        crossings: Crossings::new(rates, grid),
+        motions,
+        moving,
+        across: if across == Some(2) { 2 } else { 0 },
+        cells: grid.cells(),
+    };
+    let (sums, report) = sweep(sampler, grid, settings, progress, &visitor)?;
+    let zero = Gradient {
+        totals: Totals::default(),
+        by: vec![Totals::default(); motions.len()],
+        unresolved: 0,
+    };
+    let total = sums.into_iter().fold(zero, |mut all, part| {
+        all.totals = all.totals.plus(part.totals);
+        for (all, part) in all.by.iter_mut().zip(part.by) {
+            *all = all.plus(part);
+        }
+        all.unresolved += part.unresolved;
+        all
+    });
+    Ok((total, report))
+}
+
+impl Totals {
+    fn plus(self, other: Self) -> Self {
+        Self { volume: self.volume + other.volume, area: self.area + other.area }
+    }
+}
+
+/// Sums volume and area.
+struct TotalsVisitor {
+    /// The point that tetrahedra share.
+    origin: DVec3,
+}
+
+impl TotalsVisitor {
+    fn new(grid: &Grid) -> Self {
+        let middle = Axis::ALL.map(|axis| {
+            let line = grid.placed(axis);
+            0.5 * (line[0] + line[line.len() - 1])
+        });
+        Self { origin: DVec3::from_array(middle) }
+    }
+}
+
+impl Visitor for TotalsVisitor {
+    type Memory = ();
+    type Sum = Totals;
+
+    fn memory(&self) {}
+
+    fn zero(&self) -> Totals {
+        Totals::default()
+    }
+
+    fn visit(&self, (): &mut (), patch: &Patch<'_>, sum: &mut Totals) -> Result<(), Failure> {
+        let (mut volume, mut area) = (0.0, 0.0);
+        for corners in patch.triangles {
+            let [a, b, c] = corners.map(|v| DVec3::from_array(patch.positions[v as usize]));
+            let double = (b - a).cross(c - a);
+            volume += (a - self.origin).dot(double);
+            area += double.length();
+        }
+        *sum = sum.plus(Totals { volume: volume / 6.0, area: 0.5 * area });
+        Ok(())
+    }
+}
+
+/// Sums volume, area and their derivatives.
+struct GradientVisitor<'a> {
+    totals: TotalsVisitor,
+    crossings: Crossings<'a>,
+    motions: &'a [GridMotion],
+    /// Whether any of them moves.
+    moving: bool,
+    /// Rates across the edges: 0 or 2.
+    across: usize,
+    cells: [usize; 3],
+}
+
+/// Memory of a [`GradientVisitor`].
+struct Memory {
+    crossings: CrossingsMemory,
+    /// Derivatives of volume and area by the position of each vertex.
+    weights: Vec<[DVec3; 2]>,
+    /// Velocities along their edges of the vertices that have one, a run of parameters each; NaN
+    /// of the others.
+    along: Vec<f64>,
+}
+
+impl Visitor for GradientVisitor<'_> {
+    type Memory = Memory;
+    type Sum = Gradient;
+
+    fn memory(&self) -> Memory {
+        Memory { crossings: self.crossings.memory(), weights: Vec::new(), along: Vec::new() }
+    }
+
+    fn zero(&self) -> Gradient {
+        let by = vec![Totals::default(); self.motions.len()];
+        Gradient { totals: Totals::default(), by, unresolved: 0 }
+    }
+
+    fn visit(
+        &self,
+        memory: &mut Memory,
+        patch: &Patch<'_>,
+        sum: &mut Gradient,
+    ) -> Result<(), Failure> {
+        let here = weigh(patch, self.totals.origin, &mut memory.weights);
+        sum.totals = sum.totals.plus(here);
+        memory.along.resize(patch.positions.len() * self.motions.len(), 0.0);
+        let mut first = 0;
+        for axis in Axis::ALL {
+            let mut rest = first;
+            for nodes in patch.nodes[axis.index()].chunks(BATCH) {
+                self.edges(memory, patch, axis, nodes, rest, sum)?;
+                rest += nodes.len();
+            }
+            first = rest;
+        }
+        self.rims(memory, patch, sum)?;
+        if self.moving {
+            self.plane_nodes(&memory.weights[first..], patch, sum);
+        }
+        Ok(())
+    }
+}
+
+/// Volume and area of a patch; `weights` receives their derivatives by each vertex.
+fn weigh(patch: &Patch<'_>, origin: DVec3, weights: &mut Vec<[DVec3; 2]>) -> Totals {
+    weights.clear();
+    weights.resize(patch.positions.len(), [DVec3::ZERO; 2]);
+    let (mut volume, mut area) = (0.0, 0.0);
+    for corners in patch.triangles {
+        let [a, b, c] = corners.map(|v| DVec3::from_array(patch.positions[v as usize]));
+        let double = (b - a).cross(c - a);
+        let length = double.length();
+        volume += (a - origin).dot(double);
+        area += length;
+        let by_volume = double / 6.0;
+        // No triangle has zero area.
+        let half_normal = double * (0.5 / length);
+        let sides = [b - c, c - a, a - b];
+        for (corner, side) in corners.iter().zip(sides) {
+            let [volume, area] = &mut weights[*corner as usize];
+            *volume += by_volume;
+            *area += side.cross(half_normal);
+        }
+    }
+    Totals { volume: volume / 6.0, area: 0.5 * area }
+}
+
+/// The derivatives of a field at crossings.
+pub(super) struct Crossings<'a> {
+    rates: &'a BoundRates,
+    /// Largest magnitude of a coordinate of the grid.
+    extent: f64,
+}
+
+/// Memory of [`Crossings`].
+pub(super) struct CrossingsMemory {
+    workspace: RatesWorkspace,
+    /// Outputs of a batch at its crossings.
+    outputs: Vec<f64>,
+    /// Outputs and coordinates beside the crossings.
+    beside: Vec<f64>,
+    at: Vec<f64>,
+}
+
+impl<'a> Crossings<'a> {
+    pub(super) fn new(rates: &'a BoundRates, grid: &Grid) -> Self {
+        Self { rates, extent: grid.extent() }
+    }
+
+    pub(super) fn memory(&self) -> CrossingsMemory {
+        let room = vec![0.0; self.rates.outputs() * BATCH];
+        let workspace = self.rates.workspace();
+        CrossingsMemory { workspace, outputs: room.clone(), beside: room, at: Vec::new() }
+    }
+
+    /// The outputs of the rates at the crossings of the edges from `nodes` along `axis`, at most
+    /// [`BATCH`], of which the first is vertex `first` of the patch: one run an output. Outputs of
+    /// a crossing without velocity start with NaN.
+    ///
+    /// Where a derivative is no number at the crossing, as inside of a box that ends there, it is
+    /// taken a little beside it.
+    pub(super) fn at<'m>(
+        &self,
+        memory: &'m mut CrossingsMemory,
+        patch: &Patch<'_>,
+        axis: Axis,
+        nodes: &[u16],
+        first: usize,
+    ) -> Result<&'m [f64], Failure> {
+        let roots = &patch.roots.edges[first..first + nodes.len()];
+        self.outputs(memory, patch, (axis, patch.brick, patch.activity), nodes, roots)
+    }
+
+    /// The same at the roots of edges between ghosts, all along one axis and of one brick.
+    fn at_rims<'m>(
+        &self,
+        memory: &'m mut CrossingsMemory,
+        patch: &Patch<'_>,
+        rims: &[RimRoot],
+    ) -> Result<&'m [f64], Failure> {
+        let ghosts: Vec<u16> = rims.iter().map(|rim| rim.ghost).collect();
+        let roots: Vec<f64> = rims.iter().map(|rim| rim.root).collect();
+        // Ghosts may lie in a brick whose activity is not known here.
+        let everything = vec![u64::MAX; patch.activity.len()];
+        let at = (rims[0].axis, rims[0].brick, &everything[..]);
+        self.outputs(memory, patch, at, &ghosts, &roots)
+    }
+
+    fn outputs<'m>(
+        &self,
+        memory: &'m mut CrossingsMemory,
+        patch: &Patch<'_>,
+        (axis, brick, activity): (Axis, [u32; 3], &[u64]),
+        nodes: &[u16],
+        roots: &[f64],
+    ) -> Result<&'m [f64], Failure> {
+        let CrossingsMemory { workspace, outputs, beside, at } = memory;
+        let (a, n, count) = (axis.index(), nodes.len(), self.rates.outputs());
+        // Along the axis a ghost has the place of the edge's own node.
+        let lengths = |lane: usize| {
+            let place = place_of(nodes[lane])[a];
+            let line = &patch.lines.placed[a];
+            line[place + 1] - line[place]
+        };
+        let is_settled = |outputs: &[f64], lane: usize| {
+            let finite = (0..count).all(|o| outputs[o * n + lane].is_finite());
+            let (value, slope) = (outputs[lane], outputs[n + lane]);
+            finite && slope != 0.0 && value.abs() <= JUMP * slope.abs() * lengths(lane)
+        };
+        self.rates.begin(workspace, axis, brick, nodes, activity)?;
+        let mut slices: Vec<&mut [f64]> = outputs.chunks_exact_mut(n).take(count).collect();
+        self.rates.at(workspace, roots, &mut slices)?;
+        for side in [1.0, -1.0] {
+            if (0..n).all(|lane| is_settled(outputs, lane)) {
+                break;
+            }
+            at.clear();
+            at.extend(roots.iter().enumerate().map(|(lane, root)| {
+                let step = (BESIDE * lengths(lane)).max(8.0 * f64::EPSILON * self.extent);
+                root + side * step
+            }));
+            let mut slices: Vec<&mut [f64]> = beside.chunks_exact_mut(n).take(count).collect();
+            self.rates.at(workspace, at, &mut slices)?;
+            for lane in 0..n {
+                if !is_settled(outputs, lane) && is_settled(beside, lane) {
+                    (0..count).for_each(|o| outputs[o * n + lane] = beside[o * n + lane]);
+                }
+            }
+        }
+        for lane in 0..n {
+            if !is_settled(outputs, lane) {
+                outputs[lane] = f64::NAN;
+            }
+        }
+        Ok(&outputs[..count * n])
+    }
+}
+
+impl GradientVisitor<'_> {
+    /// Adds what the vertices on the edges from `nodes` along `axis` contribute; `first` is the
+    /// number of the first in the patch.
+    fn edges(
+        &self,
+        memory: &mut Memory,
+        patch: &Patch<'_>,
+        axis: Axis,
+        nodes: &[u16],
+        first: usize,
+        sum: &mut Gradient,
+    ) -> Result<(), Failure> {
+        let Memory { crossings, weights, along: velocities } = memory;
+        let (a, n) = (axis.index(), nodes.len());
+        let outputs = self.crossings.at(crossings, patch, axis, nodes, first)?;
+        let table = &patch.lines.placed[a];
+        let others = [(a + 1) % 3, (a + 2) % 3];
+        let others = [others[0].min(others[1]), others[0].max(others[1])];
+        for (lane, &node) in nodes.iter().enumerate() {
+            let place = place_of(node);
+            let (lower, upper) = (table[place[a]], table[place[a] + 1]);
+            let length = upper - lower;
+            // The very expressions that hold a vertex.
+            let position = patch.positions[first + lane][a];
+            let held = if position == lower + TAU * length {
+                Some(TAU)
+            } else if position == upper - TAU * length {
+                Some(1.0 - TAU)
+            } else {
+                None
+            };
+            let of = |output: usize| outputs[output * n + lane];
+            let (is_root, slope) = (!of(0).is_nan(), of(1));
+            if held.is_none() && !is_root {
+                sum.unresolved += u64::from(is_own(node));
+            }
+            let [by_volume, by_area] = weights[first + lane];
+            for (k, (motion, by)) in self.motions.iter().zip(&mut sum.by).enumerate() {
+                let moved = |b: usize, ahead: usize| {
+                    let p = patch.brick[b] as usize * BRICK + place[b] + ahead;
+                    if self.moving { motion.node(b, p, self.cells[b]) } else { 0.0 }
+                };
+                let across = others.map(|b| moved(b, 0));
+                let along = match held {
+                    Some(fraction) => (1.0 - fraction) * moved(a, 0) + fraction * moved(a, 1),
+                    None if is_root => {
+                        let mut rate = of(2 + self.across + k);
+                        if self.moving {
+                            rate += of(2) * across[0] + of(3) * across[1];
+                        }
+                        -rate / slope
+                    }
+                    None => 0.0,
+                };
+                by.volume += by_volume[a] * along;
+                by.area += by_area[a] * along;
+                let own = if held.is_none() && is_root { along } else { f64::NAN };
+                velocities[(first + lane) * self.motions.len() + k] = own;
+                if self.moving {
+                    for (b, velocity) in others.into_iter().zip(across) {
+                        by.volume += by_volume[b] * velocity;
+                        by.area += by_area[b] * velocity;
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Mends what [`edges`](Self::edges) took for the velocities of vertices that were extrapolated
+    /// from two roots u and v, at 2 v - u: it took u' for 2 v' - u'.
+    fn rims(
+        &self,
+        memory: &mut Memory,
+        patch: &Patch<'_>,
+        sum: &mut Gradient,
+    ) -> Result<(), Failure> {
+        let Memory { crossings, weights, along } = memory;
+        let count = self.motions.len();
+        let alike = |a: &RimRoot, b: &RimRoot| (a.axis, a.brick) == (b.axis, b.brick);
+        for rims in patch.roots.rims.chunk_by(alike).flat_map(|rims| rims.chunks(BATCH)) {
+            let (axis, brick, n) = (rims[0].axis, rims[0].brick, rims.len());
+            let outputs = self.crossings.at_rims(crossings, patch, rims)?;
+            for (lane, rim) in rims.iter().enumerate() {
+                let of = |output: usize| outputs[output * n + lane];
+                if of(0).is_nan() {
+                    continue;
+                }
+                let a = axis.index();
+                let place = place_of(rim.ghost);
+                let line = &patch.lines.placed[a];
+                let ends = [line[place[a]], line[place[a] + 1]];
+                let vertex = rim.vertex as usize;
+                let met = 2.0 * rim.root - patch.roots.edges[vertex];
+                let [by_volume, by_area] = weights[vertex];
+                for (k, (motion, by)) in self.motions.iter().zip(&mut sum.by).enumerate() {
+                    let moved = |b: usize, ahead: usize| {
+                        let p = brick[b] as usize * BRICK + place[b] + ahead;
+                        if self.moving { motion.node(b, p, self.cells[b]) } else { 0.0 }
+                    };
+                    let mut rate = of(2 + self.across + k);
+                    if self.moving {
+                        let others = Axis::ALL.into_iter().filter(|other| *other != axis);
+                        for (o, other) in others.enumerate() {
+                            rate += of(2 + o) * moved(other.index(), 0);
+                        }
+                    }
+                    let taken = along[vertex * count + k];
+                    let velocity = if met <= ends[0] {
+                        moved(a, 0)
+                    } else if met >= ends[1] {
+                        moved(a, 1)
+                    } else {
+                        -2.0 * rate / of(1) - taken
+                    };
+                    // A vertex that is held, or has no velocity, is none of this.
+                    if !taken.is_nan() {
+                        by.volume += by_volume[a] * (velocity - taken);
+                        by.area += by_area[a] * (velocity - taken);
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Adds what the vertices at nodes of outer planes contribute, which move with the nodes.
+    fn plane_nodes(&self, weights: &[[DVec3; 2]], patch: &Patch<'_>, sum: &mut Gradient) {
+        for (&node, [by_volume, by_area]) in patch.nodes[3].iter().zip(weights) {
+            let place = place_of(node);
+            for (motion, by) in self.motions.iter().zip(&mut sum.by) {
+                let velocity = DVec3::from_array([0, 1, 2].map(|a| {
+                    let p = patch.brick[a] as usize * BRICK + place[a];
+                    motion.node(a, p, self.cells[a])
+                }));
+                by.volume += by_volume.dot(velocity);
+                by.area += by_area.dot(velocity);
+            }
+        }
+    }
+}
