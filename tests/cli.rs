@@ -357,6 +357,34 @@ fn measures_are_printed_as_a_table_or_json() {
 }
 
 #[test]
+fn derivatives_and_field_measures_are_printed_as_a_table_or_json() {
+    let folder = tempfile::tempdir().unwrap();
+    let measure = |options: &[&str]| {
+        let program = ["gyroid", "dilate", "t", "box"];
+        let common = ["measure", "-q", "-s", "0.1", "--param", "t=0.35"];
+        let output = run(ALVEOLE, folder.path(), &[&common, options, &program].concat());
+        assert!(output.status.success(), "{}", stderr(&output));
+        stdout(&output)
+    };
+    let json = |options: &[&str]| -> serde_json::Value {
+        serde_json::from_str(&measure(options)).unwrap()
+    };
+    let gradient = json(&["--gradient", "--json"]);
+    assert_eq!(gradient["by"][0]["parameter"], "t");
+    // The slope of the density of the gyroid at level t, by the coarea formula, is near 0.32.
+    close(gradient["by"][0]["relative_density"].as_f64().unwrap(), 0.32, 0.02);
+    let field = json(&["--field", "--json"]);
+    let [value, error] =
+        ["value", "error"].map(|key| field["relative_density"][key].as_f64().unwrap());
+    // field.md 6.2: 0.6129 at level 0.35.
+    assert!((value - 0.6129).abs() < error + 5e-5, "{value} +- {error}");
+    assert!(measure(&["--gradient"]).contains("by t"));
+    assert!(measure(&["--field"]).contains("+-"));
+    let both = ["measure", "--field", "--gradient", "box"];
+    assert_eq!(run(ALVEOLE, folder.path(), &both).status.code(), Some(2));
+}
+
+#[test]
 fn check_tells_sound_meshes_from_others() {
     let folder = tempfile::tempdir().unwrap();
     assert!(cesogen(folder.path(), &["-s", "0.5", "-o", "good.off", "box"]).status.success());

@@ -249,3 +249,20 @@ fn the_help_shows_the_protocol() {
         assert!(help.contains(word), "`{word}` is not in: {help}");
     }
 }
+
+#[test]
+fn derivatives_and_field_measures_are_replied() {
+    let found = reply(&json!({"program": "gyroid dilate t box", "parameters": {"t": 0.35},
+        "spacing": 0.1, "gradient": true, "field": true, "measure": ["relative_density"]}));
+    let density = found["measures"]["relative_density"].as_f64().unwrap();
+    let gradient = &found["gradient"];
+    assert!((gradient["relative_density"].as_f64().unwrap() - density).abs() < 1e-12);
+    assert_eq!(gradient["by"][0]["parameter"], "t");
+    assert!(gradient["by"][0]["relative_density"].as_f64().unwrap() > 0.3);
+    let field = &found["field"]["relative_density"];
+    let [value, error] = ["value", "error"].map(|key| field[key].as_f64().unwrap());
+    assert!((value - density).abs() < error, "{value} +- {error} is not {density}");
+    assert!(gradient.get("report").is_none());
+    let none = reply(&json!({"program": "box", "gradient": false}));
+    assert!(none.get("gradient").is_none() && none.get("error").is_none());
+}

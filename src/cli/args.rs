@@ -88,6 +88,16 @@ pub(super) struct MeasureArguments {
     #[arg(long)]
     pub(super) json: bool,
 
+    /// Print volume, area and densities with their derivatives by each `--param`, those of the mesh
+    /// to rounding; a box or spacing that an option gives counts as fixed
+    #[arg(long)]
+    pub(super) gradient: bool,
+
+    /// Measure the solid itself, with likely errors, instead of its mesh; with derivatives of its
+    /// volume by each `--param`
+    #[arg(long, conflicts_with = "gradient")]
+    pub(super) field: bool,
+
     #[command(flatten)]
     pub(super) work: WorkArguments,
 }

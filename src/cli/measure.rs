@@ -4,23 +4,98 @@ use super::args::MeasureArguments;
 use super::bar::with_bar;
 use super::report::{self, Trouble};
 use super::table::Table;
-use super::{mesh, work};
-use crate::job::Measures;
+use super::{mesh, stats, work};
+use crate::job::{By, FieldMeasures, Gradient, Measures, Quantities};
 use crate::num::Progress;
 use std::time::Instant;
 
 /// Prints the measures of the program's solid.
 pub(super) fn run(name: &str, arguments: &MeasureArguments) -> Result<(), Trouble> {
     let start = Instant::now();
-    let MeasureArguments { json, work: common } = arguments;
+    let MeasureArguments { json, gradient, field, work: common } = arguments;
     let work::Work { job, settings } = work::prepare(name, common)?;
     let progress = Progress::new();
-    let measures = with_bar(&progress, !common.quiet, || job.measure(&settings, &progress))?;
+    let (text, report) = if *gradient {
+        let found = with_bar(&progress, !common.quiet, || job.gradient(&settings, &progress))?;
+        warn_of_unresolved(name, found.unresolved);
+        (if *json { stats::json(&found) } else { gradient_table(&found) }, found.report)
+    } else if *field {
+        let found =
+            with_bar(&progress, !common.quiet, || job.field_measures(&settings, &progress))?;
+        warn_of_unresolved(name, found.unresolved);
+        (if *json { stats::json(&found) } else { field_table(&found) }, found.report)
+    } else {
+        let found = with_bar(&progress, !common.quiet, || job.measure(&settings, &progress))?;
+        (if *json { stats::json(&found) } else { table(&found) }, found.report)
+    };
     if !common.quiet {
-        report::warn(name, &measures.report);
+        report::warn(name, &report);
     }
-    report::print(&if *json { super::stats::json(&measures) } else { table(&measures) });
-    mesh::write_stats(common.stats.as_deref(), &measures.report, start)
+    report::print(&text);
+    mesh::write_stats(common.stats.as_deref(), &report, start)
+}
+
+/// Says that derivatives leave something out. Never quietly: they are wrong by it.
+fn warn_of_unresolved(name: &str, count: u64) {
+    if let Some(remark) = unresolved(count) {
+        report::say(&format!("{name}: warning: {remark}"));
+    }
+}
+
+/// What is to be said about derivatives that leave out `count` crossings.
+pub(super) fn unresolved(count: u64) -> Option<String> {
+    (count > 0).then(|| {
+        format!(
+            "the field jumps or is flat at {count} crossings, which the derivatives take as fixed"
+        )
+    })
+}
+
+fn gradient_table(found: &Gradient) -> String {
+    let Gradient { quantities, by, unresolved: _, report } = found;
+    let rows = |quantities: &Quantities| {
+        let Quantities { volume, area, relative_density, envelope_density } = *quantities;
+        [volume, area, relative_density, envelope_density]
+    };
+    let names = ["volume", "area", "relative density", "density in the envelope"];
+    let mut table = Table::default();
+    for (i, name) in names.into_iter().enumerate() {
+        table.number(name, rows(quantities)[i]);
+        for By { parameter, derivatives } in by {
+            table.number(&format!("  by {parameter}"), rows(derivatives)[i]);
+        }
+    }
+    table.text("grid cells", &report.cells.map(|n| n.to_string()).join(" x "));
+    table.render()
+}
+
+fn field_table(found: &FieldMeasures) -> String {
+    let FieldMeasures {
+        volume,
+        area,
+        relative_density,
+        envelope_volume,
+        envelope_density,
+        by,
+        unresolved: _,
+        report,
+    } = found;
+    let mut table = Table::default();
+    table.estimate("volume", *volume);
+    for By { parameter, derivatives } in by {
+        table.estimate(&format!("  by {parameter}"), derivatives.volume);
+    }
+    table.estimate("area", *area);
+    table.estimate("relative density (of the box)", *relative_density);
+    for By { parameter, derivatives } in by {
+        table.estimate(&format!("  by {parameter}"), derivatives.relative_density);
+    }
+    if let Some(volume) = envelope_volume {
+        table.estimate("envelope volume", *volume);
+        table.estimate("relative density (of the envelope)", *envelope_density);
+    }
+    table.text("grid cells", &report.cells.map(|n| n.to_string()).join(" x "));
+    table.render()
 }
 
 fn table(measures: &Measures) -> String {

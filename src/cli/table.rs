@@ -1,5 +1,6 @@
 //! Tables of named quantities for people.
 
+use crate::measure::Estimate;
 use crate::mesh::check::Check;
 use crate::mesh::measure::Measures;
 use std::fmt::Write;
@@ -19,6 +20,11 @@ impl Table {
     /// Adds a number, with ten significant digits.
     pub(super) fn number(&mut self, name: &str, value: f64) {
         self.text(name, &significant(value));
+    }
+
+    /// Adds a number with its likely error.
+    pub(super) fn estimate(&mut self, name: &str, Estimate { value, error }: Estimate) {
+        self.text(name, &format!("{} +- {error:.1e}", significant(value)));
     }
 
     /// Adds area, bounds and quality.

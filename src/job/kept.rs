@@ -1,6 +1,7 @@
 //! What is kept from one evaluation to the next: compiled programs and what no parameter changes.
 
 use crate::contour::Grid;
+use crate::eval::rates::{Across, Rates};
 use crate::eval::{Engine, Program, ProgramError};
 use crate::expr::{Graph, NodeId, ParameterId};
 use crate::mesh::Mesh;
@@ -41,6 +42,33 @@ impl Kept {
         let program = Program::new(graph, field, engine)?;
         *kept() = Some((engine, program.clone()));
         Ok(program)
+    }
+}
+
+/// The derivatives of one field by all parameters, made when they are first asked for.
+#[derive(Debug, Default)]
+pub(super) struct KeptRates(Mutex<Vec<(Engine, Across, usize, Rates)>>);
+
+impl KeptRates {
+    /// The derivatives of `program`, which must be that of the same field at every call, by
+    /// `parameters`, of which only the number may differ.
+    pub(super) fn rates(
+        &self,
+        program: &Program,
+        parameters: &[ParameterId],
+        across: Across,
+        engine: Engine,
+    ) -> Result<Rates, ProgramError> {
+        // Not locked while compiling; see `Kept`.
+        let kept = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let asked = (engine, across, parameters.len());
+        let known = kept().iter().find(|(e, a, n, _)| (*e, *a, *n) == asked).cloned();
+        if let Some((_, _, _, rates)) = known {
+            return Ok(rates);
+        }
+        let rates = Rates::new(program, parameters, across, engine)?;
+        kept().push((engine, across, parameters.len(), rates.clone()));
+        Ok(rates)
     }
 }
 
@@ -92,8 +120,8 @@ impl KeptEnvelope {
         let chosen = operands.iter().zip(&bounded).filter(|(_, is)| **is);
         let field = chosen.map(|(o, _)| o.field).reduce(|a, b| graph.max(a, b))?;
         let parameters = graph.parameters_of(&[field]);
-        let (program, measured) = (Kept::default(), Mutex::default());
-        let envelope = Envelope { bounded, graph, field, program, parameters, measured };
+        let (program, rates, measured) = (Kept::default(), KeptRates::default(), Mutex::default());
+        let envelope = Envelope { bounded, graph, field, program, rates, parameters, measured };
         Some(Arc::clone(kept.insert(Arc::new(envelope))))
     }
 }
@@ -106,6 +134,7 @@ pub(super) struct Envelope {
     pub(super) graph: Graph,
     pub(super) field: NodeId,
     pub(super) program: Kept,
+    pub(super) rates: KeptRates,
     /// The parameters that its field depends on.
     parameters: Vec<ParameterId>,
     /// Grid, parameter values and volume of the last measurement.

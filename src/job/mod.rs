@@ -33,11 +33,13 @@
 //! # }
 //! ```
 
+mod gradient;
 mod kept;
 pub mod loader;
 mod measures;
 mod report;
 
+pub use gradient::{By, FieldMeasures, FieldSlopes, Gradient, Quantities};
 pub use loader::{Access, Files, MeshNote};
 pub use measures::{Measures, Totals};
 pub use report::Report;
@@ -55,7 +57,7 @@ use crate::octree::Pruning;
 use crate::solid::Solid;
 use crate::vocabulary;
 use glam::DVec3;
-use kept::{Kept, KeptEnvelope, Spare};
+use kept::{Kept, KeptEnvelope, KeptRates, Spare};
 use std::time::{Duration, Instant};
 
 /// A parsed program.
@@ -73,6 +75,7 @@ pub struct Job {
     meshes: Vec<MeshNote>,
     parsing: Duration,
     program: Kept,
+    rates: KeptRates,
     envelope: KeptEnvelope,
     spare: Spare,
 }
@@ -203,6 +206,7 @@ impl Job {
             meshes: files.into_notes(),
             parsing: start.elapsed(),
             program: Kept::default(),
+            rates: KeptRates::default(),
             envelope: KeptEnvelope::default(),
             spare: Spare::default(),
         })

@@ -17,7 +17,7 @@ use crate::num::Progress;
 use programs::Programs;
 use reply::{ErrorReply, Made, Reply, Written};
 use request::{MeshWanted, Request, Wanted};
-use serde_json::Value;
+use serde_json::{Map, Value};
 use std::io::{BufRead, Read, Write, stdin, stdout};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
@@ -155,6 +155,16 @@ impl Server {
         if let Some(wanted) = &request.measure {
             measure(job, &settings, wanted, &mut made)?;
         }
+        if request.wants_gradient() {
+            let found = job.gradient(&settings, &Progress::new())?;
+            made.gradient = Some(without_report(&found));
+            made.warnings.extend(super::measure::unresolved(found.unresolved));
+        }
+        if request.wants_field() {
+            let found = job.field_measures(&settings, &Progress::new())?;
+            made.field = Some(without_report(&found));
+            made.warnings.extend(super::measure::unresolved(found.unresolved));
+        }
         if let Some(wanted) = &request.mesh {
             if self.limits.access == Access::Nothing {
                 let message = "no files may be written here".to_owned();
@@ -166,6 +176,13 @@ impl Server {
         made.warnings.dedup();
         Ok(made)
     }
+}
+
+/// The fields of `found`, without the report of the work.
+fn without_report(found: &impl serde::Serialize) -> Map<String, Value> {
+    let Ok(Value::Object(mut fields)) = serde_json::to_value(found) else { return Map::new() };
+    fields.remove("report");
+    fields
 }
 
 /// Adds the measures that are wanted.

@@ -52,6 +52,10 @@ pub(super) struct Made {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) measures: Option<Map<String, Value>>,
     #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) gradient: Option<Map<String, Value>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) field: Option<Map<String, Value>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) mesh: Option<Written>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub(super) warnings: Vec<String>,
@@ -68,6 +72,8 @@ impl Made {
             bounds: [end(<[f64]>::first), end(<[f64]>::last)],
             cells: grid.cells(),
             measures: None,
+            gradient: None,
+            field: None,
             mesh: None,
             warnings: Vec::new(),
             seconds: 0.0,

@@ -40,6 +40,8 @@ pub(super) struct Request {
     spacing: Option<SpacingWanted>,
     bounds: Option<Bounds>,
     pub(super) measure: Option<Wanted>,
+    gradient: Option<GradientWanted>,
+    field: Option<FieldWanted>,
     pub(super) mesh: Option<MeshWanted>,
 }
 
@@ -78,6 +80,18 @@ pub(super) enum Wanted {
     Word(String),
     /// Those of these names.
     Names(Vec<String>),
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(untagged, expecting = "`gradient` must be true or false")]
+enum GradientWanted {
+    Is(bool),
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(untagged, expecting = "`field` must be true or false")]
+enum FieldWanted {
+    Is(bool),
 }
 
 /// The mesh file asked for.
@@ -143,6 +157,16 @@ impl Request {
             return Some("`bounds` must be the least corner, then the greatest".to_owned());
         }
         self.measure.as_ref().and_then(Wanted::fault)
+    }
+
+    /// Whether derivatives of the mesh's measures are asked for.
+    pub(super) fn wants_gradient(&self) -> bool {
+        matches!(self.gradient, Some(GradientWanted::Is(true)))
+    }
+
+    /// Whether measures straight from the field are asked for.
+    pub(super) fn wants_field(&self) -> bool {
+        matches!(self.field, Some(FieldWanted::Is(true)))
     }
 
     /// The parameters, by name.

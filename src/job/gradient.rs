@@ -1,0 +1,333 @@
+//! Derivatives of a solid's numbers by its parameters, and its numbers straight from the field.
+//!
+//! Every parameter that the job was read with has its entry, also one that nothing depends on. A
+//! box that follows from the solid moves with the parameters, and with it the grid; a box that the
+//! settings give does not, nor does a spacing that they give.
+
+use super::kept::{Envelope, Kept, KeptRates};
+use super::{Error, Job, Report, Settings, Spacing};
+use crate::contour::{self, Grid};
+use crate::eval::Bound;
+use crate::eval::rates::{Across, BoundRates};
+use crate::expr::{Graph, NodeId, ParameterId};
+use crate::geom::Axis;
+use crate::measure::quadrature::{self, Estimate};
+use crate::measure::{self, GridMotion};
+use crate::num::Progress;
+use std::time::{Duration, Instant};
+
+/// The quantities of a solid that have derivatives; or the derivatives.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct Quantities {
+    /// Volume enclosed by the mesh.
+    pub volume: f64,
+    /// Area of the mesh.
+    pub area: f64,
+    /// Volume over that of the box that is contoured.
+    pub relative_density: f64,
+    /// Volume over that of the envelope; over the box where there is none.
+    pub envelope_density: f64,
+}
+
+/// The derivatives by one parameter.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct By<D> {
+    /// Its name.
+    pub parameter: String,
+    /// The derivatives.
+    #[serde(flatten)]
+    pub derivatives: D,
+}
+
+/// Quantities of the mesh of a solid, and their exact derivatives.
+#[derive(Clone, Debug, serde::Serialize)]
+pub struct Gradient {
+    /// The quantities.
+    #[serde(flatten)]
+    pub quantities: Quantities,
+    /// Their derivatives by each parameter, in the order in which the parameters were given.
+    pub by: Vec<By<Quantities>>,
+    /// Crossings of grid edges where the field jumps or is flat, which are taken not to move: the
+    /// derivatives are exact if there are none.
+    pub unresolved: u64,
+    /// What contouring did.
+    pub report: Report,
+}
+
+/// Quantities of a solid straight from its field.
+#[derive(Clone, Debug, serde::Serialize)]
+pub struct FieldMeasures {
+    /// Volume in the box.
+    pub volume: Estimate,
+    /// Area of the surface, flat cuts by the box included.
+    pub area: Estimate,
+    /// Volume over that of the box.
+    pub relative_density: Estimate,
+    /// Volume of the envelope; see [`Measures`](super::Measures::envelope_volume).
+    pub envelope_volume: Option<Estimate>,
+    /// Volume over that of the envelope; over the box where there is none.
+    pub envelope_density: Estimate,
+    /// Derivatives by each parameter.
+    pub by: Vec<By<FieldSlopes>>,
+    /// As [`Gradient::unresolved`].
+    pub unresolved: u64,
+    /// What was done.
+    pub report: Report,
+}
+
+/// Derivatives of the solid's own quantities by a parameter.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct FieldSlopes {
+    /// Of the volume.
+    pub volume: Estimate,
+    /// Of the volume over that of the box.
+    pub relative_density: Estimate,
+}
+
+impl Job {
+    /// Volume, area and densities of the solid's mesh with their derivatives by every parameter.
+    ///
+    /// The numbers are those of [`measure`](Self::measure) but for rounding, the derivatives those
+    /// of these numbers: see [`measure::gradient`](crate::measure::gradient). No mesh is kept.
+    ///
+    /// ```
+    /// use alveole::job::{Job, Settings};
+    /// use alveole::num::Progress;
+    ///
+    /// # fn main() -> Result<(), alveole::job::Error> {
+    /// let job = Job::parse_with("gyroid dilate t box", &[("t", 0.35)])?;
+    /// let found = job.gradient(&Settings::with_spacing(0.1), &Progress::new())?;
+    /// println!("{} by t", found.by[0].derivatives.relative_density);
+    /// # assert!((found.by[0].derivatives.relative_density - 0.32).abs() < 0.01);
+    /// # Ok(())
+    /// # }
+    /// ```
+    ///
+    /// # Errors
+    /// Any [`Error`] but [`Error::Program`].
+    pub fn gradient(&self, settings: &Settings, progress: &Progress) -> Result<Gradient, Error> {
+        let grid = self.grid(settings)?;
+        let motions = self.motions(settings)?;
+        let field = self.field_with_rates(&grid);
+        let (found, report) = field.gradient(&motions, settings, progress)?;
+        let own = BoxVolume::new(&grid, &motions);
+        let kept = self.envelope.envelope(&self.graph, &self.operands, &self.values());
+        let envelope = match &kept {
+            None => None,
+            Some(kept) => {
+                let field = envelope_with_rates(field, kept);
+                Some(field.gradient(&motions, settings, progress)?.0)
+            }
+        };
+        let volume = found.totals.volume;
+        let density = |k: usize, rate: f64, whole: f64, whole_rates: &dyn Fn(usize) -> f64| {
+            (rate - volume / whole * whole_rates(k)) / whole
+        };
+        let in_box = |k: usize| own.rates[k];
+        let by = (self.parameters().iter().zip(&found.by).enumerate())
+            .map(|(k, ((name, _), rates))| {
+                let relative_density = density(k, rates.volume, own.volume, &in_box);
+                let envelope_density = match &envelope {
+                    None => relative_density,
+                    Some(whole) => {
+                        density(k, rates.volume, whole.totals.volume, &|k| whole.by[k].volume)
+                    }
+                };
+                let (volume, area) = (rates.volume, rates.area);
+                By {
+                    parameter: name.clone(),
+                    derivatives: Quantities { volume, area, relative_density, envelope_density },
+                }
+            })
+            .collect();
+        let whole = envelope.as_ref().map_or(own.volume, |whole| whole.totals.volume);
+        let quantities = Quantities {
+            volume,
+            area: found.totals.area,
+            relative_density: volume / own.volume,
+            envelope_density: volume / whole,
+        };
+        let unresolved = found.unresolved + envelope.map_or(0, |whole| whole.unresolved);
+        Ok(Gradient { quantities, by, unresolved, report })
+    }
+
+    /// Volume, area and densities of the solid itself, with likely errors, and the derivatives of
+    /// the volume by every parameter: see [`quadrature`].
+    ///
+    /// # Errors
+    /// Any [`Error`] but [`Error::Program`].
+    pub fn field_measures(
+        &self,
+        settings: &Settings,
+        progress: &Progress,
+    ) -> Result<FieldMeasures, Error> {
+        let grid = self.grid(settings)?;
+        let motions = self.motions(settings)?;
+        let field = self.field_with_rates(&grid);
+        let (found, report) = field.quadrature(&motions, settings, progress)?;
+        let own = BoxVolume::new(&grid, &motions);
+        let over = |part: Estimate, whole: Estimate| {
+            let value = part.value / whole.value;
+            Estimate { value, error: (part.error + value * whole.error) / whole.value }
+        };
+        let box_volume = Estimate { value: own.volume, error: 0.0 };
+        let relative_density = over(found.volume, box_volume);
+        let kept = self.envelope.envelope(&self.graph, &self.operands, &self.values());
+        let envelope_volume = match &kept {
+            None => None,
+            Some(kept) => {
+                let field = envelope_with_rates(field, kept);
+                Some(field.quadrature(&[], settings, progress)?.0.volume)
+            }
+        };
+        let by = (self.parameters().iter().zip(&found.volume_by).zip(&own.rates))
+            .map(|(((name, _), &volume), rate)| {
+                let Estimate { value, error } = relative_density;
+                let relative_density = Estimate {
+                    value: (volume.value - value * rate) / own.volume,
+                    error: (volume.error + error * rate.abs()) / own.volume,
+                };
+                By {
+                    parameter: name.clone(),
+                    derivatives: FieldSlopes { volume, relative_density },
+                }
+            })
+            .collect();
+        Ok(FieldMeasures {
+            volume: found.volume,
+            area: found.area,
+            relative_density,
+            envelope_volume,
+            envelope_density: over(found.volume, envelope_volume.unwrap_or(box_volume)),
+            by,
+            unresolved: found.unresolved,
+            report,
+        })
+    }
+
+    fn field_with_rates<'a>(&'a self, grid: &'a Grid) -> Field<'a> {
+        let Self { graph, solid, program, rates, .. } = self;
+        Field { job: self, graph, field: solid.field, program, rates, grid }
+    }
+
+    /// How each parameter moves the grid.
+    fn motions(&self, settings: &Settings) -> Result<Vec<GridMotion>, Error> {
+        let values = self.values();
+        let names = self.parameters().iter();
+        if settings.bounds.is_some() {
+            return Ok(names.map(|_| GridMotion::default()).collect());
+        }
+        let size = self.bounds()?.size();
+        let longest = size.max_element();
+        let motion = |slot: ParameterId| {
+            let [lo, hi] = self.solid.bounds_slope(&self.graph, &values, slot);
+            let spacing = match settings.spacing {
+                Spacing::Each(_) => [0.0; 3],
+                // Where several sides are the longest, that which grows most will be.
+                Spacing::Hundredth => {
+                    let longest = (0..3).filter(|&a| size[a] == longest);
+                    let rate = longest.map(|a| hi[a] - lo[a]).fold(f64::NEG_INFINITY, f64::max);
+                    [rate / 100.0; 3]
+                }
+            };
+            GridMotion { lo, hi, spacing }
+        };
+        Ok(names.filter_map(|(name, _)| self.graph.slot(name)).map(motion).collect())
+    }
+}
+
+/// The volume of a grid's box and its derivatives.
+struct BoxVolume {
+    volume: f64,
+    rates: Vec<f64>,
+}
+
+impl BoxVolume {
+    fn new(grid: &Grid, motions: &[GridMotion]) -> Self {
+        let sides = Axis::ALL.map(|axis| {
+            let line = grid.placed(axis);
+            line[line.len() - 1] - line[0]
+        });
+        let volume = sides.iter().product::<f64>();
+        let rate = |motion: &GridMotion| {
+            (0..3).map(|a| volume / sides[a] * (motion.hi[a] - motion.lo[a])).sum()
+        };
+        Self { volume, rates: motions.iter().map(rate).collect() }
+    }
+}
+
+/// The envelope in place of `field`.
+fn envelope_with_rates<'a>(field: Field<'a>, envelope: &'a Envelope) -> Field<'a> {
+    let (graph, program, rates) = (&envelope.graph, &envelope.program, &envelope.rates);
+    Field { graph, field: envelope.field, program, rates, ..field }
+}
+
+/// A field of a job on a grid, with what was kept of it.
+#[derive(Clone, Copy)]
+struct Field<'a> {
+    job: &'a Job,
+    graph: &'a Graph,
+    field: NodeId,
+    program: &'a Kept,
+    rates: &'a KeptRates,
+    grid: &'a Grid,
+}
+
+impl Field<'_> {
+    /// The mesh's totals with their derivatives by all parameters, which have `motions`.
+    fn gradient(
+        &self,
+        motions: &[GridMotion],
+        settings: &Settings,
+        progress: &Progress,
+    ) -> Result<(measure::Gradient, Report), Error> {
+        let still = motions.iter().all(GridMotion::is_still);
+        let across = if still { Across::Nothing } else { Across::Both };
+        self.with_rates(motions.len(), across, settings, |bound, rates, chosen| {
+            measure::gradient(bound, rates, motions, self.grid, chosen, progress)
+        })
+    }
+
+    /// The solid's totals; the derivatives of its volume by the parameters that have `motions`.
+    fn quadrature(
+        &self,
+        motions: &[GridMotion],
+        settings: &Settings,
+        progress: &Progress,
+    ) -> Result<(measure::FieldMeasures, Report), Error> {
+        self.with_rates(motions.len(), Across::Both, settings, |bound, rates, chosen| {
+            quadrature::quadrature(bound, rates, motions, self.grid, chosen, progress)
+        })
+    }
+
+    /// Readies the program and its derivatives by the first `count` parameters, and runs `work`.
+    fn with_rates<R>(
+        &self,
+        count: usize,
+        across: Across,
+        settings: &Settings,
+        work: impl FnOnce(
+            &Bound,
+            &BoundRates,
+            &contour::Settings,
+        ) -> Result<(R, contour::Report), contour::Error>,
+    ) -> Result<(R, Report), Error> {
+        let start = Instant::now();
+        let slots = self.job.parameters().iter().take(count);
+        let slots: Vec<ParameterId> = slots.filter_map(|(name, _)| self.graph.slot(name)).collect();
+        let program = self.program.program(self.graph, self.field, settings.engine, self.grid)?;
+        let rates = self.rates.rates(&program, &slots, across, settings.engine)?;
+        let compiling = start.elapsed();
+        let (tables, values) = (self.grid.tables(), self.job.values());
+        let rates = rates.bind(&tables, &values);
+        let bound = program.bind(tables, &values);
+        let binding = start.elapsed() - compiling;
+        let chosen = contour::Settings { pruning: settings.pruning };
+        let (found, contour) = work(&bound, &rates, &chosen)?;
+        if contour.triangles == 0 {
+            return Err(Error::Empty { cells: self.grid.cells() });
+        }
+        let parsing: Duration = self.job.parsing;
+        Ok((found, Report::new(self.grid, contour, parsing, compiling, binding)))
+    }
+}
