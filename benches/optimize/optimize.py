@@ -2,7 +2,7 @@
 """Optimizers around `alveole serve`: a lattice of a given density and area.
 
 The parameters of a gyroid wall in a box, the size of its cell and its level, are sought such that
-relative density and area take given values. `cma` uses values only, `newton` differences of them.
+relative density and area take given values. `cma` uses values only, `newton` their exact derivatives.
 Prints the solution and the evaluations per second. Python's standard library is all it needs:
 
     cargo build --release
@@ -23,6 +23,7 @@ PROGRAM = "gyroid scale cell dilate level box"
 NAMES = ["cell", "level"]
 START = [0.8, 0.0]
 STEP = [0.15, 0.15]
+MEASURES = ["relative_density", "area"]
 
 
 class Server:
@@ -38,12 +39,27 @@ class Server:
 
     def evaluate(self, point):
         """Relative density and area at the parameters `point`; None where there is no solid."""
+        reply = self.ask(point, {"measure": ["relative_density", "area"]})
+        return reply and [reply["measures"][name] for name in MEASURES]
+
+    def derive(self, point):
+        """The same, and their derivatives: a row each, with an entry a parameter."""
+        reply = self.ask(point, {"gradient": True})
+        if reply is None:
+            return None
+        found = reply["gradient"]
+        by = {entry["parameter"]: entry for entry in found["by"]}
+        rows = [[by[parameter][name] for parameter in NAMES] for name in MEASURES]
+        return [found[name] for name in MEASURES], rows
+
+    def ask(self, point, wanted):
+        """The reply to a request; None where there is no solid."""
         request = {
             "id": self.evaluations,
             "program": PROGRAM,
             "parameters": dict(zip(NAMES, point)),
             "spacing": self.spacing,
-            "measure": ["relative_density", "area"],
+            **wanted,
         }
         start = time.perf_counter()
         self.process.stdin.write(json.dumps(request) + "\n")
@@ -56,8 +72,7 @@ class Server:
             if reply["error"]["kind"] in ("empty", "program"):
                 return None
             raise RuntimeError(reply["error"]["message"])
-        measures = reply["measures"]
-        return [measures["relative_density"], measures["area"]]
+        return reply
 
     def close(self):
         self.process.stdin.close()
@@ -70,6 +85,16 @@ def residuals(server, point, target):
         return None
     found = server.evaluate(point)
     return found and [f / t - 1.0 for f, t in zip(found, target)]
+
+
+def derived_residuals(server, point, target):
+    """Relative errors and their derivatives, a row each; None where there is no solid."""
+    found = None if point[0] < 0.1 else server.derive(point)
+    if found is None:
+        return None
+    values, rows = found
+    errors = [f / t - 1.0 for f, t in zip(values, target)]
+    return errors, [[d / t for d in row] for row, t in zip(rows, target)]
 
 
 def norm(vector):
@@ -142,26 +167,21 @@ def cma(cost, mean, step, tolerance, generator):
     return best
 
 
-def newton(equations, point, step, tolerance):
-    """A root of two `equations` by Newton's method on differences, shortened where that is worse."""
-    value = equations(point)
+def newton(equations, point, tolerance):
+    """A root of two `equations`, which tell their derivatives, by Newton's method with shortened steps."""
+    value, rows = equations(point)
     for _ in range(50):
         if norm(value) < tolerance:
             break
-        columns = []
-        for axis in range(2):
-            moved = list(point)
-            moved[axis] += 1e-3 * step[axis]
-            columns.append([(b - a) / (moved[axis] - point[axis]) for a, b in zip(value, equations(moved))])
-        (a, c), (b, d) = columns
+        (a, b), (c, d) = rows
         determinant = a * d - b * c
         change = [(b * value[1] - d * value[0]) / determinant, (c * value[0] - a * value[1]) / determinant]
         length = 1.0
         while length > 1e-4:
             trial = [p + length * c for p, c in zip(point, change)]
             found = equations(trial)
-            if found and norm(found) < norm(value):
-                point, value = trial, found
+            if found and norm(found[0]) < norm(value):
+                point, (value, rows) = trial, found
                 break
             length /= 2
         else:
@@ -189,8 +209,8 @@ def main():
             generator = random.Random(arguments.seed)
             error, point = cma(cost, START, STEP, arguments.tolerance, generator)
         else:
-            equations = lambda point: residuals(server, point, target)
-            error, point = newton(equations, START, STEP, arguments.tolerance)
+            equations = lambda point: derived_residuals(server, point, target)
+            error, point = newton(equations, START, arguments.tolerance)
         seconds = time.perf_counter() - start
         server.close()
         values = ", ".join(f"{n} {v:.6f}" for n, v in zip(NAMES, point))
