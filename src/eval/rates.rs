@@ -158,6 +158,9 @@ impl BoundRates {
     ///
     /// # Errors
     /// [`Failure`] of an oracle.
+    ///
+    /// # Panics
+    /// If other rates made the workspace.
     pub fn begin(
         &self,
         workspace: &mut RatesWorkspace,
@@ -189,6 +192,9 @@ impl BoundRates {
     ///
     /// # Errors
     /// [`Failure`] of an oracle.
+    ///
+    /// # Panics
+    /// If other rates made the workspace.
     pub fn at(
         &self,
         workspace: &mut RatesWorkspace,

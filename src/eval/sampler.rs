@@ -41,7 +41,7 @@ pub struct NodeBox {
 #[inline(always)]
 pub const fn node_at([x, y, z]: [usize; 3]) -> u16 {
     let near = x % BRICK + y % BRICK * BRICK + z % BRICK * BRICK * BRICK;
-    (near + (x / BRICK << 12) + (y / BRICK << 13) + (z / BRICK << 14)) as u16
+    (near + ((x / BRICK) << 12) + ((y / BRICK) << 13) + ((z / BRICK) << 14)) as u16
 }
 
 /// The place of the node of that number: the inverse of [`node_at`].

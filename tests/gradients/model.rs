@@ -34,9 +34,9 @@ impl Model {
         let names = ["a", "b", "c", "d"];
         let nodes: Vec<NodeId> =
             names.iter().zip(values).map(|(name, v)| graph.parameter(name, *v)).collect();
-        let ids = nodes.iter().map(|id| match graph.node(*id) {
-            Node::Parameter(id) => id,
-            other => panic!("{other:?} is no parameter"),
+        let ids = nodes.iter().map(|id| {
+            let Node::Parameter(id) = graph.node(*id) else { panic!("no parameter") };
+            id
         });
         let ids = ids.collect();
         let solid = build(&mut graph, &nodes);
