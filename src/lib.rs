@@ -62,6 +62,7 @@
 //! | [`vocabulary`] | the one table of words |
 //! | [`job`] | the facade: program text to mesh and measures |
 //! | [`cli`] | the commands |
+//! | [`performance`] | no code: where the time goes and what was tried |
 //!
 //! # I want to add …
 //!
@@ -105,6 +106,8 @@ pub mod vocabulary;
 pub mod job;
 
 pub mod cli;
+
+pub mod performance;
 
 /// The example of the README is a test.
 #[cfg(doctest)]

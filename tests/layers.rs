@@ -56,6 +56,8 @@ const LAYERS: &[(&str, &[&str])] = &[
             "job",
         ],
     ),
+    // Documentation only.
+    ("performance", &[]),
 ];
 
 #[test]
