@@ -117,12 +117,22 @@ pub const fn corners_of(edge: usize) -> [usize; 2] {
     [low, low + (1 << q)]
 }
 
-fn share_a_face(a: usize, b: usize) -> bool {
-    FACES.iter().any(|face| {
-        let on = |edge: usize| (0..4).any(|i| edge_between(face[i], face[(i + 1) % 4]) == edge);
-        on(a) && on(b)
-    })
+/// Whether two edges lie in one face of the cell.
+const fn share_a_face(a: usize, b: usize) -> bool {
+    FACES_OF[a] & FACES_OF[b] != 0
 }
+
+/// By edge: the faces that hold it, a bit each.
+const FACES_OF: [u8; 12] = {
+    let mut faces = [0; 12];
+    let mut i = 0;
+    while i < 24 {
+        let face = FACES[i / 4];
+        faces[edge_between(face[i % 4], face[(i + 1) % 4])] |= 1 << (i / 4);
+        i += 1;
+    }
+    faces
+};
 
 /// The loops of crossings of a case, inside on the left seen from outside the solid.
 fn loops(case: u8) -> Vec<Vec<usize>> {
@@ -151,26 +161,31 @@ fn loops(case: u8) -> Vec<Vec<usize>> {
     found
 }
 
-/// All triangulations of `ring[first..=last]` without a diagonal in a face of the cell.
-fn triangulations(ring: &[usize], first: usize, last: usize) -> Vec<Vec<[usize; 3]>> {
+/// The first triangulations, `most` at most, of `ring[first..=last]` without a diagonal in a face of
+/// the cell.
+fn triangulations(ring: &[usize], first: usize, last: usize, most: usize) -> Vec<Vec<[usize; 3]>> {
     if last - first < 2 {
         return vec![Vec::new()];
     }
     let allowed = |a: usize, b: usize| b - a == 1 || !share_a_face(ring[a], ring[b]);
-    let mut all = Vec::new();
+    let mut found = Vec::new();
     for apex in first + 1..last {
         if !allowed(first, apex) || !allowed(apex, last) {
             continue;
         }
-        for left in triangulations(ring, first, apex) {
-            for right in triangulations(ring, apex, last) {
+        let rights = triangulations(ring, apex, last, most);
+        for left in triangulations(ring, first, apex, most) {
+            for right in &rights {
                 // Reversed: loops turn clockwise seen from outside the solid.
                 let here = [ring[first], ring[last], ring[apex]];
-                all.push(left.iter().copied().chain([here]).chain(right).collect());
+                found.push(left.iter().chain([&here]).chain(right).copied().collect());
+                if found.len() == most {
+                    return found;
+                }
             }
         }
     }
-    all
+    found
 }
 
 /// Cases (each a single loop of seven) whose first allowed triangulation pierces itself for one in
@@ -181,7 +196,7 @@ fn triangles(case: u8) -> Case {
     let choice = usize::from(SECOND_CHOICE.contains(&case));
     let mut entry = Case::default();
     for ring in loops(case) {
-        for corners in &triangulations(&ring, 0, ring.len() - 1)[choice] {
+        for corners in &triangulations(&ring, 0, ring.len() - 1, choice + 1)[choice] {
             push(&mut entry, *corners);
         }
     }
