@@ -3,7 +3,9 @@
 //! Every line gets its reply, whatever it holds: a fault is a reply like any other and ends
 //! nothing. The protocol, as `alveole help serve` prints it:
 //!
+//! ```text
 #![doc = include_str!("protocol.md")]
+//! ```
 
 mod programs;
 mod reply;
