@@ -88,7 +88,7 @@ impl Job {
     /// Volume, area and densities of the solid's mesh with their derivatives by every parameter.
     ///
     /// The numbers are those of [`measure`](Self::measure) but for rounding, the derivatives those
-    /// of these numbers: see [`measure::gradient`](crate::measure::gradient). No mesh is kept.
+    /// of these numbers: see [`measure::gradient`](mod@crate::measure::gradient). No mesh is kept.
     ///
     /// ```
     /// use alveole::job::{Job, Settings};

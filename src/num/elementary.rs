@@ -3,7 +3,7 @@
 //! Each is a fixed sequence of IEEE additions, multiplications and bit operations without
 //! branches, tables or fused operations, so that loops over it become vector code
 //! ([`lanes`](super::lanes)) and every engine returns its bits. Sine and cosine are written over
-//! [packs](super::pack) of vectors, of which a number is the least.
+//! packs (`num::pack`) of vectors, of which a number is the least.
 //!
 //! | function | largest error found | where |
 //! |---|---|---|
