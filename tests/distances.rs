@@ -68,6 +68,30 @@ fn every_readable_mesh_gives_finite_values_and_one_answer_a_point() {
 }
 
 #[test]
+fn stand_ins_lie_where_the_values_of_every_readable_mesh_do() {
+    let Some(folder) = data() else { return };
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        let Ok(mesh) = alveole::mesh::io::read(&path) else { continue };
+        let field = mesh_distance(&mesh, "any").unwrap();
+        let axes = grid(field.bounds(), 32);
+        let exact = values(&field, &axes);
+        let offset = 0.05 * field.bounds().size().max_element();
+        for levels in [&[0.0][..], &[offset, -offset]] {
+            let at = axes.each_ref().map(|axis| &axis[..]);
+            let mut found = vec![0.0; exact.len()];
+            field.brick_beside(at, levels, &mut found).unwrap();
+            for (found, exact) in found.iter().zip(&exact) {
+                for level in levels {
+                    let name = format!("{}: {found:e} for {exact:e}", path.display());
+                    assert_eq!(found.partial_cmp(level), exact.partial_cmp(level), "{name}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
 fn spoilt_copies_of_a_part_have_its_inside() {
     let Some(clean) = field("featuretype_clean.ply") else { return };
     assert_eq!(clean.report().method, SignMethod::Pseudonormals);

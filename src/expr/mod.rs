@@ -21,4 +21,4 @@ pub mod verify;
 pub use depends::AxisSet;
 pub use graph::{Graph, NodeId, OracleId, ParameterId};
 pub use op::{Binary, Extremum, Node, Output, Unary};
-pub use oracle::{Failure, Oracle, Queries};
+pub use oracle::{Failure, Interest, Oracle, Queries};

@@ -30,11 +30,27 @@ pub struct Queries<'a> {
     pub gradient: Option<[&'a mut [f64]; 3]>,
 }
 
+/// What who asks makes of the values, where that is less than to use them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Interest<'a> {
+    /// They are compared with these numbers and nothing else: a stand-in is below, equal to or above
+    /// each of them as the value is.
+    Beside(&'a [f64]),
+    /// They are passed over where they are less than a number, one a point: a stand-in for such a
+    /// value is less, too.
+    From(&'a [f64]),
+    /// They are passed over where they are greater than a number, one a point: a stand-in for such a
+    /// value is greater, too.
+    UpTo(&'a [f64]),
+}
+
 /// A field that is evaluated by code of its own, negative inside.
 ///
 /// Contract:
 /// * A point has one answer: [`points`](Self::points), [`brick`](Self::brick), whatever the batch,
-///   the order and the thread, give the same bits for the same coordinates.
+///   the order and the thread, give the same bits for the same coordinates. Stand-ins
+///   ([`points_for`](Self::points_for), [`brick_beside`](Self::brick_beside)) may differ from one
+///   time to the next; what is made of them may not.
 /// * [`range`](Self::range) encloses every value that the point queries return for points in the
 ///   box, rounding included, and sets `nan` if one of them may be NaN.
 /// * The gradient steers root finding only: it may be wrong where the field has a kink.
@@ -67,6 +83,32 @@ pub trait Oracle: fmt::Debug + Send + Sync {
             }
         }
         Ok(())
+    }
+
+    /// What [`points`](Self::points) answers, or stand-ins for values: any numbers that `interest`
+    /// can't tell from them. NaN stands for itself alone. The gradient is that of the point where
+    /// the value counts, and anything where a stand-in is passed over.
+    ///
+    /// # Errors
+    /// [`Failure`] when no answer can be given; the answers are then unspecified.
+    fn points_for(&self, queries: Queries<'_>, interest: Interest<'_>) -> Result<(), Failure> {
+        let (Interest::Beside(_) | Interest::From(_) | Interest::UpTo(_)) = interest;
+        self.points(queries)
+    }
+
+    /// What [`brick`](Self::brick) answers, or stand-ins that compare as the values do with each of
+    /// `levels`. NaN stands for itself alone.
+    ///
+    /// # Errors
+    /// [`Failure`] when no answer can be given; the answers are then unspecified.
+    fn brick_beside(
+        &self,
+        at: [&[f64]; 3],
+        levels: &[f64],
+        value: &mut [f64],
+    ) -> Result<(), Failure> {
+        let _ = levels;
+        self.brick(at, value)
     }
 
     /// An enclosure of the values over the box with the given sides.

@@ -9,13 +9,15 @@
 //! What this is not: where bodies overlap, the faces inside of the union still count, so that the
 //! magnitude is too small there; the sign is right.
 
+use super::balls::ROUNDING;
 use super::order::{serpentine, sorted};
 use super::report::Report;
-use super::search::{Faces, MARKS, Search};
+use super::search::{Faces, MARKS, Nearest, Place, Search};
 use super::sides::{Cells, Sides};
 use super::sign::Side;
+use super::stand_ins::{Beside, For};
 use super::surface::{Surface, Unusable};
-use crate::expr::{Failure, Oracle, Queries};
+use crate::expr::{Failure, Interest, Oracle, Queries};
 use crate::geom::Aabb;
 use crate::mesh::Mesh;
 use crate::num::Interval;
@@ -24,9 +26,6 @@ use pulp::{Simd, WithSimd};
 use std::cell::RefCell;
 use std::fmt;
 
-/// Bound on the rounding error of a value, in units of the distance plus the size of the mesh:
-/// some tens of roundings.
-const ROUNDING: f64 = 1.0 / (1_u64 << 46) as f64;
 /// Distance from a face, in units of the mesh's size, at which the direction from the closest
 /// point is mostly rounding.
 const TOUCHING: f64 = 1.0 / (1_u64 << 44) as f64;
@@ -34,9 +33,9 @@ const TOUCHING: f64 = 1.0 / (1_u64 << 44) as f64;
 /// The signed distance to a triangle mesh, negative inside, in model units.
 pub struct MeshDistance {
     name: String,
-    bounds: Aabb,
-    faces: Faces,
-    sides: Sides,
+    pub(super) bounds: Aabb,
+    pub(super) faces: Faces,
+    pub(super) sides: Sides,
     report: Report,
 }
 
@@ -53,15 +52,24 @@ thread_local! {
 }
 
 /// Scratch memory of a run of queries. Never changes an answer.
-struct Memory<'a> {
-    search: &'a mut Search,
+pub(super) struct Memory<'a> {
+    pub(super) search: &'a mut Search,
     cells: Cells,
 }
 
 /// Value and gradient at a point.
-struct Answer {
-    value: f64,
-    gradient: DVec3,
+pub(super) struct Answer {
+    pub(super) value: f64,
+    pub(super) gradient: DVec3,
+}
+
+/// What there is to know at a point.
+pub(super) struct Found {
+    pub(super) place: Place,
+    pub(super) nearest: Nearest,
+    /// In the coordinates of the search.
+    pub(super) distance: f64,
+    pub(super) side: Side,
 }
 
 /// The signed distance to `mesh`, named `name` in messages.
@@ -100,22 +108,41 @@ impl MeshDistance {
 
     #[inline(always)]
     fn answer(&self, point: DVec3, way: Option<usize>, memory: &mut Memory<'_>) -> Answer {
-        let Some(place) = self.faces.place(point) else {
-            return remote(point, self.faces.tree.frame().middle);
-        };
+        self.find(point, way, memory).map_or_else(
+            #[inline(always)]
+            || remote(point, self.faces.tree.frame().middle),
+            #[inline(always)]
+            |found| self.answer_of(&found),
+        )
+    }
+
+    /// What there is to know at `point`; none if it is remote.
+    #[inline(always)]
+    pub(super) fn find(
+        &self,
+        point: DVec3,
+        way: Option<usize>,
+        memory: &mut Memory<'_>,
+    ) -> Option<Found> {
+        let place = self.faces.place(point)?;
         let nearest = match way {
             Some(way) => self.faces.nearest_on(way, place, memory.search),
             None => self.faces.nearest(place, memory.search),
         };
-        let offset = nearest.closest.offset;
-        let distance = offset.length();
+        let distance = nearest.closest.offset.length();
         let side = if distance == 0.0 || !self.bounds.contains(point) {
             Side::Outside
         } else {
             self.sides.side(&self.faces, place, (&nearest, distance), &mut memory.cells)
         };
-        let gradient = if distance > TOUCHING {
-            side.sign() * offset / distance
+        Some(Found { place, nearest, distance, side })
+    }
+
+    #[inline(always)]
+    pub(super) fn answer_of(&self, found: &Found) -> Answer {
+        let Found { nearest, distance, side, .. } = found;
+        let gradient = if *distance > TOUCHING {
+            side.sign() * nearest.closest.offset / *distance
         } else {
             self.faces.normal(nearest.face).unwrap_or(DVec3::ZERO)
         };
@@ -123,10 +150,17 @@ impl MeshDistance {
         Answer { value: side.sign() * (distance / self.faces.tree.frame().scale), gradient }
     }
 
+    /// Calls `run` with the scratch memory of this thread.
+    fn with_memory<R>(&self, run: impl FnOnce(Memory<'_>) -> R) -> R {
+        SEARCH.with_borrow_mut(|search| {
+            search.balls.keep_for(self.faces.identity);
+            run(Memory { search, cells: Cells::default() })
+        })
+    }
+
     /// Answers for points.
     fn answer_all(&self, queries: Queries<'_>) {
-        SEARCH.with_borrow_mut(|search| {
-            let memory = Memory { search, cells: Cells::default() };
+        self.with_memory(|memory| {
             pulp::Arch::new().dispatch(Points { field: self, queries, memory });
         });
     }
@@ -162,7 +196,7 @@ impl MeshDistance {
 }
 
 /// The answer so far away that the mesh is a point; not finite only where `point` is not.
-fn remote(point: DVec3, middle: DVec3) -> Answer {
+pub(super) fn remote(point: DVec3, middle: DVec3) -> Answer {
     // Halves, in units of the largest: nothing overflows.
     let half = 0.5 * point - 0.5 * middle;
     let unit = half.abs().max_element();
@@ -244,9 +278,27 @@ impl Oracle for MeshDistance {
     }
 
     fn brick(&self, at: [&[f64]; 3], value: &mut [f64]) -> Result<(), Failure> {
-        SEARCH.with_borrow_mut(|search| {
-            let memory = Memory { search, cells: Cells::default() };
+        self.with_memory(|memory| {
             pulp::Arch::new().dispatch(Brick { field: self, at, value, memory });
+        });
+        Ok(())
+    }
+
+    fn points_for(&self, queries: Queries<'_>, interest: Interest<'_>) -> Result<(), Failure> {
+        self.with_memory(|memory| {
+            pulp::Arch::new().dispatch(For { field: self, queries, interest, memory });
+        });
+        Ok(())
+    }
+
+    fn brick_beside(
+        &self,
+        at: [&[f64]; 3],
+        levels: &[f64],
+        value: &mut [f64],
+    ) -> Result<(), Failure> {
+        self.with_memory(|memory| {
+            pulp::Arch::new().dispatch(Beside { field: self, at, levels, value, memory });
         });
         Ok(())
     }
@@ -276,7 +328,7 @@ impl Oracle for MeshDistance {
 #[cfg(test)]
 mod tests {
     use super::super::report::SignMethod;
-    use super::super::samples::{Uniform, both, cube, mapped, sphere};
+    use super::super::samples::{Uniform, cube, kinds, mapped, sphere};
     use super::super::triangle::{closest, unit_normal};
     use super::*;
 
@@ -482,19 +534,6 @@ mod tests {
                 assert!(value(&field, moved[0]) < 0.0 && value(&field, moved[1]) > 0.0);
             }
         }
-    }
-
-    /// A mesh of each kind: closed, open, overlapping, and a soup.
-    fn kinds() -> Vec<Mesh> {
-        let mut open = sphere(3);
-        open.triangles.retain(|t| open.positions[t[0] as usize][0] < 0.6);
-        let mut random = Uniform(21);
-        let soup = Mesh {
-            positions: (0..300).map(|_| random.point(-1.0, 1.0).to_array()).collect(),
-            triangles: (0..100).map(|f| [3 * f, 3 * f + 1, 3 * f + 2]).collect(),
-        };
-        let overlap = both(&sphere(3), &mapped(&sphere(3), |p| p + DVec3::new(0.5, 0.25, 0.0)));
-        vec![sphere(4), open, overlap, soup, cube()]
     }
 
     #[test]

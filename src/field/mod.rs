@@ -1,5 +1,7 @@
 //! Oracles: fields that no formula gives, such as the distance to a mesh.
 
+pub mod balls;
+pub mod blocks;
 pub mod mesh_distance;
 pub mod order;
 pub mod orientation;
@@ -10,6 +12,7 @@ mod samples;
 pub mod search;
 pub mod sides;
 pub mod sign;
+mod stand_ins;
 pub mod surface;
 pub mod triangle;
 pub mod winding;

@@ -77,3 +77,16 @@ pub(crate) fn sphere(levels: u32) -> Mesh {
     }
     Mesh { positions: positions.iter().map(|p| p.to_array()).collect(), triangles }
 }
+
+/// A mesh of each kind: closed, open, overlapping, and a soup.
+pub(crate) fn kinds() -> Vec<Mesh> {
+    let mut open = sphere(3);
+    open.triangles.retain(|t| open.positions[t[0] as usize][0] < 0.6);
+    let mut random = Uniform(21);
+    let soup = Mesh {
+        positions: (0..300).map(|_| random.point(-1.0, 1.0).to_array()).collect(),
+        triangles: (0..100).map(|f| [3 * f, 3 * f + 1, 3 * f + 2]).collect(),
+    };
+    let overlap = both(&sphere(3), &mapped(&sphere(3), |p| p + DVec3::new(0.5, 0.25, 0.0)));
+    vec![sphere(4), open, overlap, soup, cube()]
+}

@@ -9,6 +9,7 @@
 //! may leave a mark: all faces that can be the nearest somewhere within a small radius. The next
 //! search within it looks at these alone.
 
+use super::balls::Balls;
 use super::surface::Surface;
 use super::triangle::{Closest, Packet, closest, doubtful, unit_normal};
 use crate::geom::Bvh;
@@ -32,7 +33,8 @@ pub struct Faces {
     middle: DVec3,
     /// Size of a face.
     grain: f32,
-    identity: u64,
+    /// The number of the surface, which no other one of the process has.
+    pub identity: u64,
 }
 
 /// The faces that can be the nearest within a radius of a place, of one surface.
@@ -77,7 +79,7 @@ const NEAR: f32 = 0.125;
 /// Numbers surfaces, so that marks are not taken for those of another one.
 static SURFACES: AtomicU64 = AtomicU64::new(1);
 
-/// Scratch memory of a run of searches. Never changes an answer.
+/// Scratch memory of a run of searches. Never changes an answer but a stand-in.
 #[derive(Debug)]
 pub struct Search {
     stack: Stack,
@@ -87,6 +89,8 @@ pub struct Search {
     face: [u32; CANDIDATES],
     leaf_of: [u32; CANDIDATES],
     marks: Box<[Mark; MARKS]>,
+    /// Values that may stand in for others.
+    pub balls: Balls,
 }
 
 impl Default for Search {
@@ -98,6 +102,7 @@ impl Default for Search {
             face: [0; CANDIDATES],
             leaf_of: [0; CANDIDATES],
             marks: Box::new([Mark::NONE; MARKS]),
+            balls: Balls::default(),
         }
     }
 }
@@ -181,7 +186,7 @@ impl Faces {
 
     #[inline(always)]
     fn look(&self, place: Place, search: &mut Search, way: Option<usize>) -> Nearest {
-        let Search { stack, leaf, squared, face, leaf_of, marks } = search;
+        let Search { stack, leaf, squared, face, leaf_of, marks, balls: _ } = search;
         let first = if *leaf < self.packets.len() { *leaf } else { 0 };
         let mut attempt = Attempt {
             faces: self,

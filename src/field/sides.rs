@@ -128,6 +128,27 @@ impl Sides {
         settled.then_some(side)
     }
 
+    /// Whether all points nearer to `place` than its nearest face `nearest`, at `distance`, are
+    /// certainly on `side` of a surface with a boundary, as far as that is known without
+    /// computing a winding number. Stricter than what decides a single point, so that it holds for every
+    /// answer there.
+    #[inline(always)]
+    #[must_use]
+    pub fn holds(
+        &self,
+        faces: &Faces,
+        place: Place,
+        (nearest, distance): (&Nearest, f64),
+        side: Side,
+    ) -> bool {
+        let Some(normals) = &self.normals else { return false };
+        let foot = place.scaled - nearest.closest.offset;
+        // Once on the way from the foot to the place, once from there to any of the points.
+        normals.side(faces, nearest) == Some(side)
+            && self.rim.shadow(foot) + 2.0 * self.rim.roughly(place.scaled, distance)
+                < 0.5 - 3.0 * ERROR
+    }
+
     /// The side that all points within `radius` of `place` are on, if there is one and no face
     /// comes so near. Stricter than what decides a cell, so that it holds for every answer there.
     #[must_use]
