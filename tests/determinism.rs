@@ -5,6 +5,7 @@ mod common;
 
 use alveole::eval::Engine;
 use alveole::job::{Job, Settings};
+use alveole::mesh::Mesh;
 use alveole::mesh::io::{self, Format, Precision};
 use alveole::octree::Pruning;
 use common::job;
@@ -57,13 +58,36 @@ fn meshes_of_meshes_do_not_depend_on_threads_engine_or_pruning() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("part.ply");
     let part = common::sound_mesh("torus rotate 1 1,2,3 gyroid shell 0.8 scale 0.6", 0.06);
-    let mut file = std::fs::File::create(&path).unwrap();
-    io::write(&part, Format::Ply, Precision::Double, &mut file).unwrap();
-    let path = path.to_str().unwrap().to_owned();
-    for rest in ["", "shell 0.1", "gyroid scale 0.3 difference"] {
+    let write = |path: &Path, mesh: &Mesh| {
+        let mut file = std::fs::File::create(path).unwrap();
+        io::write(mesh, Format::Ply, Precision::Double, &mut file).unwrap();
+    };
+    let check_part = |path: &Path, rest: &str| {
+        let path = path.to_str().unwrap().to_owned();
         let words: Vec<String> =
             path.split('\n').chain(rest.split_whitespace()).map(str::to_owned).collect();
         check(rest, &Job::new(&words).unwrap());
+    };
+    write(&path, &part);
+    for rest in [
+        "",
+        "gyroid scale 0.3 difference",
+        "rotate 0.7 1,2,3 gyroid scale 0.3 intersection",
+        "dilate 0.05 scale 1.3 shell 0.2 gyroid scale 0.3 intersection",
+    ] {
+        check_part(&path, rest);
+    }
+    // With a hole, where sides are told by winding numbers.
+    let mut open = part;
+    let [x, y, z] = open.positions[open.triangles[0][0] as usize];
+    open.triangles.retain(|corners| {
+        let [a, b, c] = open.positions[corners[0] as usize];
+        (a - x).hypot(b - y).hypot(c - z) > 0.15
+    });
+    let path = folder.path().join("open.ply");
+    write(&path, &open);
+    for rest in ["", "gyroid scale 0.3 intersection"] {
+        check_part(&path, rest);
     }
 }
 

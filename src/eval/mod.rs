@@ -5,6 +5,7 @@
 //! return the same bits.
 
 pub mod balance;
+pub mod compared;
 mod enclosing;
 pub mod enclosure;
 pub mod interpret;

@@ -193,8 +193,14 @@ pub enum Step {
     },
 }
 
-/// The rank of each operation in a depth-first walk from the outputs, operands first.
+/// The rank of each operation in a depth-first walk from the outputs, operands first, and those of
+/// them last that need an oracle: what else is known by then may spare it.
 fn depth_first(tape: &Tape) -> Vec<u32> {
+    let mut needs_oracle = vec![false; tape.len()];
+    for p in tape.positions() {
+        needs_oracle[p.index()] = matches!(tape.op(p), Op::Oracle(..))
+            || tape.op(p).operands().iter().any(|o| needs_oracle[o.index()]);
+    }
     let mut ranks = vec![u32::MAX; tape.len()];
     let mut entered = vec![false; tape.len()];
     let mut next = 0;
@@ -203,7 +209,10 @@ fn depth_first(tape: &Tape) -> Vec<u32> {
         if operand == 0 && std::mem::replace(&mut entered[p.index()], true) {
             continue;
         }
-        match tape.op(p).operands().get(operand) {
+        let (operands, needs) = (tape.op(p).operands(), &needs_oracle);
+        let those =
+            |wanted: bool| operands.iter().filter(move |operand| needs[operand.index()] == wanted);
+        match those(false).chain(those(true)).nth(operand) {
             Some(&o) => {
                 stack.push((p, operand + 1));
                 stack.push((o, 0));

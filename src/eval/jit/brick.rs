@@ -9,7 +9,7 @@ use super::action::{Action, Emit, Fill, Gather, Run, actions};
 use super::assembly::Assembly;
 use super::body::{Body, Index};
 use super::call::{Arguments, Code};
-use super::calls::{Call, Operand, PLANE, ROW, Source, Spread};
+use super::calls::{Call, Levels, Operand, PLANE, ROW, Sense, Source, Spread};
 use super::flow::{self, Flow, Item, Kind};
 use super::layout::{self, Home, Users};
 use super::ops::Signs;
@@ -18,6 +18,7 @@ use super::volume::{self, SAMPLES, Volume};
 use super::window::{VECTORS, Window, across, is_edge};
 use super::{CompileError, check_size};
 use crate::eval::BRICK;
+use crate::eval::compared::{self, Level};
 use crate::eval::leaves::Leaves;
 use crate::eval::schedule::Schedule;
 use crate::eval::tape::{Op, Position};
@@ -109,6 +110,8 @@ struct Plan<'a> {
     heirs: FxHashMap<Position, Position>,
     /// Operands of those: nobody looks at them where they are dead.
     unseen: FxHashSet<Position>,
+    /// What is compared with levels, if signs are all that is wanted.
+    compared: Vec<Option<Vec<Level>>>,
 }
 
 /// Operations on all axes up to which a program is compiled for each side of its outermost extrema.
@@ -152,6 +155,10 @@ impl<'a> Plan<'a> {
             scratch: 0,
             heirs: FxHashMap::default(),
             unseen: FxHashSet::default(),
+            compared: match yields {
+                Yield::Signs => compared::levels(tape),
+                Yield::Values => vec![None; tape.len()],
+            },
         };
         if !plan.specialised {
             plan.find_heirs();
@@ -232,8 +239,20 @@ impl<'a> Plan<'a> {
                 first,
                 bits,
                 loser: losers.get(&p).map(|(_, loser)| *loser),
+                levels: self.levels(p),
             });
         }
+    }
+
+    /// What the value at `p` is compared with, if it is not used otherwise.
+    fn levels(&self, p: Position) -> Option<Levels> {
+        let number = |level: &Level| match *level {
+            Level::Zero => (Source::Constant(0.0), Sense::Own),
+            Level::Of(p) => (self.source(p, AxisSet::EMPTY), Sense::Own),
+            Level::Opposite(p) => (self.source(p, AxisSet::EMPTY), Sense::Opposite),
+        };
+        let levels = self.compared[p.index()].as_ref()?;
+        Some(Levels(levels.iter().map(number).collect()))
     }
 
     /// Where a call at rate `rate` finds the numbers of an operand: those of one plane if the rate
@@ -602,7 +621,9 @@ impl Emit for Part<'_, '_> {
         let rate = tape.axes(ops[0]);
         let buffer = |p: Position| self.plan.homes[p.index()].buffer();
         let result = |p| buffer(p).expect("a result of a call is kept");
-        Call::new(tape, ops, PLANE, |p| self.plan.operand(p, rate), result)
+        let call = Call::new(tape, ops, PLANE, |p| self.plan.operand(p, rate), result);
+        // Partial derivatives are used, whatever becomes of the value.
+        call.beside(if ops.len() == 1 { self.plan.levels(ops[0]) } else { None })
     }
 
     fn gather(&self, _: &[Position]) -> Vec<Gather> {

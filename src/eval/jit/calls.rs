@@ -1,8 +1,10 @@
 //! Operations that are not compiled: functions over lanes, and oracles.
 
 use super::call::Arguments;
+use super::rival::Rival;
+use crate::eval::compared::MOST_LEVELS;
 use crate::eval::tape::{Op, Position, Tape};
-use crate::expr::{Binary, Failure, Oracle, Output, Queries, Unary};
+use crate::expr::{Binary, Failure, Interest, Oracle, Output, Queries, Unary};
 use crate::geom::Axis;
 use crate::num::lanes;
 use std::sync::Arc;
@@ -45,6 +47,45 @@ pub(super) struct Operand {
     pub(super) spread: Spread,
 }
 
+/// The numbers that the values of an oracle are compared with: a source, or its opposite.
+#[derive(Clone, Debug)]
+pub(super) struct Levels(pub(super) Vec<(Source, Sense)>);
+
+/// Whether a number is taken as it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Sense {
+    /// As it is.
+    Own,
+    /// The opposite of it.
+    Opposite,
+}
+
+/// Some numbers that values are compared with.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Numbers {
+    list: [f64; MOST_LEVELS],
+    len: usize,
+}
+
+impl Numbers {
+    pub(super) fn list(&self) -> &[f64] {
+        &self.list[..self.len]
+    }
+}
+
+impl Levels {
+    /// The numbers as they are now.
+    pub(super) fn numbers(&self, arguments: &Arguments<'_>) -> Numbers {
+        let mut numbers = Numbers { len: self.0.len().min(MOST_LEVELS), ..Numbers::default() };
+        for (number, &(source, sense)) in numbers.list.iter_mut().zip(&self.0) {
+            let out = std::slice::from_mut(number);
+            Operand { source, spread: Spread::One }.spread_to(arguments, 0, out);
+            *number = if sense == Sense::Opposite { -*number } else { *number };
+        }
+        numbers
+    }
+}
+
 /// What is called, and where in the scratch memory the results go.
 #[derive(Clone, Debug)]
 enum Function {
@@ -61,6 +102,10 @@ enum Function {
 pub(super) struct Call {
     function: Function,
     operands: Vec<Operand>,
+    /// What an oracle's values are compared with, if they are not used otherwise.
+    levels: Option<Levels>,
+    /// What they lose against, with all that is made of them.
+    rival: Option<Rival<Operand, Operand>>,
     /// It is for at most so many lanes.
     lanes: usize,
 }
@@ -104,7 +149,17 @@ impl Call {
             }
         };
         let operands = first.operands().iter().map(|&p| operand(p)).collect();
-        Self { function, operands, lanes }
+        Self { function, operands, levels: None, rival: None, lanes }
+    }
+
+    /// The call, of an oracle, if its values are compared with `levels` and nothing else.
+    pub(super) fn beside(self, levels: Option<Levels>) -> Self {
+        Self { levels, ..self }
+    }
+
+    /// The call, of an oracle, if its answers lose against `rival` or are looked at.
+    pub(super) fn against(self, rival: Option<Rival<Operand, Operand>>) -> Self {
+        Self { rival, ..self }
     }
 
     /// Computes `lanes` lanes, or as many as there are, of plane `plane`.
@@ -128,28 +183,38 @@ impl Call {
         }
         let [a, b, c, unwanted] = staging;
         let (a, b, c) = (&a[..lanes], &b[..lanes], &c[..lanes]);
-        let scratch = &mut *arguments.scratch;
         match &self.function {
-            Function::Unary(op, out) => unary(*op, a, &mut scratch[*out..][..lanes]),
+            Function::Unary(op, out) => unary(*op, a, &mut arguments.scratch[*out..][..lanes]),
             Function::Wave(sine, cosine) => {
                 let (sines, cosines) = (*sine..sine + lanes, *cosine..cosine + lanes);
-                let outs = scratch.get_disjoint_mut([sines, cosines]);
+                let outs = arguments.scratch.get_disjoint_mut([sines, cosines]);
                 let [sines, cosines] = outs.expect("results have buffers of their own");
                 lanes::sin_cos(a, sines, cosines);
             }
-            Function::Binary(op, out) => binary(*op, a, b, &mut scratch[*out..][..lanes]),
+            Function::Binary(op, out) => binary(*op, a, b, &mut arguments.scratch[*out..][..lanes]),
             Function::Oracle(oracle, outs) => {
                 let oracle = &oracles[*oracle];
                 let mut answers = [[0.0; PLANE]; 3];
                 let value = &mut unwanted[..lanes];
                 let wants_gradient = outs[1..].iter().any(Option::is_some);
                 let gradient = wants_gradient.then(|| answers.each_mut().map(|a| &mut a[..lanes]));
-                oracle.points(Queries { at: [a, b, c], value, gradient })?;
+                let queries = Queries { at: [a, b, c], value, gradient };
+                match (&self.levels, &self.rival) {
+                    (Some(levels), _) => {
+                        let numbers = levels.numbers(arguments);
+                        oracle.points_for(queries, Interest::Beside(numbers.list()))?;
+                    }
+                    (None, Some(rival)) => {
+                        let ask = |interest: Interest<'_>| oracle.points_for(queries, interest);
+                        rival.with_interest(arguments, plane, lanes, ask)?;
+                    }
+                    (None, None) => oracle.points(queries)?,
+                }
                 let answers = answers.each_ref().map(|a| &a[..lanes]);
                 let answers = [&unwanted[..lanes], answers[0], answers[1], answers[2]];
                 for (out, answer) in outs.iter().zip(answers) {
                     if let Some(out) = out {
-                        scratch[*out..][..lanes].copy_from_slice(answer);
+                        arguments.scratch[*out..][..lanes].copy_from_slice(answer);
                     }
                 }
             }

@@ -12,6 +12,7 @@ use super::call::{Arguments, Base, Code};
 use super::calls::{Call, Operand, PLANE, Source, Spread};
 use super::flow::{self, Flow, Kind, Segment};
 use super::layout::{self, Home, Users};
+use super::rival::{self, Rival};
 use super::segment::{Access, LANES, Lanes};
 use super::{CompileError, check_size};
 use crate::eval::leaves::Leaves;
@@ -154,6 +155,7 @@ struct Plan<'a> {
     begin: Flow,
     ends: Flow,
     between: Flow,
+    rivals: FxHashMap<Position, Rival<Position, Position>>,
     scratch: usize,
 }
 
@@ -187,10 +189,18 @@ impl<'a> Plan<'a> {
         let at_nodes = |p| if tape.axes(p).len() == 1 { Kind::Gather } else { kind(p) };
         let ends = read.iter().copied().chain(valued_core);
         let ends = Flow::new(schedule, ends, at_nodes, &always);
-        let (homes, end_homes) = (vec![Home::Register; tape.len()], Vec::new());
-        let scratch = 0;
-        let mut plan =
-            Self { schedule, leaves, users, homes, end_homes, begin, ends, between, scratch };
+        let mut plan = Self {
+            schedule,
+            leaves,
+            users,
+            homes: vec![Home::Register; tape.len()],
+            end_homes: Vec::new(),
+            begin,
+            ends,
+            between,
+            rivals: rival::rivals(schedule),
+            scratch: 0,
+        };
         plan.house();
         plan
     }
@@ -334,7 +344,9 @@ impl Emit for Part<'_, '_> {
             }
         };
         let tape = self.plan.schedule.tape();
-        Call::new(tape, ops, PLANE, operand, |p| home(p).buffer().unwrap_or_default())
+        let rival = ops.iter().find_map(|p| self.plan.rivals.get(p));
+        let call = Call::new(tape, ops, PLANE, operand, |p| home(p).buffer().unwrap_or_default());
+        call.against(rival.map(|rival| rival.with(operand)))
     }
 
     fn gather(&self, ops: &[Position]) -> Vec<Gather> {

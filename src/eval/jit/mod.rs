@@ -18,6 +18,7 @@ mod line;
 mod lines;
 mod ops;
 mod ranges;
+mod rival;
 mod segment;
 mod tiles;
 mod volume;

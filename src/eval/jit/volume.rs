@@ -4,13 +4,13 @@
 //! uniform, one brick query answers for all samples of a brick.
 
 use super::call::Arguments;
-use super::calls::{Operand, PLANE, ROW, Source, Spread, Staging};
+use super::calls::{Levels, Numbers, Operand, PLANE, ROW, Source, Spread, Staging};
 use super::layout::Users;
 use crate::eval::BRICK;
 use crate::eval::regions::is_set;
 use crate::eval::schedule::Schedule;
 use crate::eval::tape::{Op, Position};
-use crate::expr::{AxisSet, Failure, Oracle, Output, Queries};
+use crate::expr::{AxisSet, Failure, Interest, Oracle, Output, Queries};
 use crate::geom::Axis;
 use std::sync::Arc;
 
@@ -30,6 +30,8 @@ pub(super) struct Volume {
     pub(super) bits: Vec<u32>,
     /// What stands for the values where its own region is dead, if that matters.
     pub(super) loser: Option<f64>,
+    /// What the values are compared with, if they are not used otherwise.
+    pub(super) levels: Option<Levels>,
 }
 
 /// The values that one brick query each can answer for: no gradient is wanted at the same points.
@@ -72,11 +74,16 @@ impl Volume {
         }
         let [x, y, z, _] = staging;
         let at = [&x[..ROW], &y[..ROW], &z[..ROW]];
-        let values = &mut arguments.scratch[values];
         let oracle = &oracles[self.oracle];
+        let numbers = self.levels.as_ref().map(|levels| levels.numbers(arguments));
+        let levels = numbers.as_ref().map(Numbers::list);
+        let values = &mut arguments.scratch[values];
         // Functions of a coordinate need not be monotone, as brick queries ask.
         if at.iter().all(|at| at.is_sorted() || at.iter().rev().is_sorted()) {
-            return oracle.brick(at, values);
+            return match levels {
+                Some(levels) => oracle.brick_beside(at, levels, values),
+                None => oracle.brick(at, values),
+            };
         }
         let mut points = [[0.0; PLANE]; 3];
         for (plane, value) in values.chunks_mut(PLANE).enumerate() {
@@ -86,7 +93,11 @@ impl Volume {
                 points[2][lane] = at[2][plane];
             }
             let at = points.each_ref().map(|p| &p[..]);
-            oracle.points(Queries { at, value, gradient: None })?;
+            let queries = Queries { at, value, gradient: None };
+            match levels {
+                Some(levels) => oracle.points_for(queries, Interest::Beside(levels))?,
+                None => oracle.points(queries)?,
+            }
         }
         Ok(())
     }

@@ -3,7 +3,9 @@
 use super::{Case, check};
 use crate::eval::{BRICK, End, Engine, Program, Sampler};
 use crate::expr::probe::{self, Raw, Simplified, Source};
-use crate::expr::{Binary, Extremum, Failure, Graph, Node, NodeId, Oracle, Output, Queries, Unary};
+use crate::expr::{
+    Binary, Extremum, Failure, Graph, Interest, Node, NodeId, Oracle, Output, Queries, Unary,
+};
 use crate::geom::Axis;
 use crate::num::Interval;
 use std::sync::Arc;
@@ -266,7 +268,8 @@ pub(crate) fn set_operations(engine: Engine) {
     check(engine, &Case { name: "long union".to_owned(), graph, root, coordinates }, &mut source);
 }
 
-/// Exact distance to a ball, as an oracle.
+/// Exact distance to a ball, as an oracle, whose stand-ins are as far from the values as they may
+/// be.
 #[derive(Debug)]
 struct Ball {
     center: [f64; 3],
@@ -278,6 +281,32 @@ impl Ball {
     fn offsets(&self, at: [f64; 3]) -> ([f64; 3], f64) {
         let d: [f64; 3] = std::array::from_fn(|a| at[a] - self.center[a]);
         (d, (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt())
+    }
+
+    /// The stand-in for the `i`-th value: the least or the greatest one.
+    fn stand_in(value: f64, interest: Interest<'_>, i: usize) -> f64 {
+        let (mut least, mut most) = (value, value);
+        match interest {
+            Interest::Beside(levels) => {
+                if levels.iter().all(|level| value != *level) {
+                    let of = |keep: &dyn Fn(f64) -> bool| {
+                        levels.iter().copied().filter(|level| keep(*level)).collect::<Vec<f64>>()
+                    };
+                    let below = of(&|level| level < value).into_iter().reduce(f64::max);
+                    let above = of(&|level| level > value).into_iter().reduce(f64::min);
+                    least = below.map_or(f64::NEG_INFINITY, f64::next_up);
+                    most = above.map_or(f64::INFINITY, f64::next_down);
+                }
+            }
+            Interest::From(bounds) if value < bounds[i] => {
+                (least, most) = (f64::NEG_INFINITY, bounds[i].next_down());
+            }
+            Interest::UpTo(bounds) if value > bounds[i] => {
+                (least, most) = (bounds[i].next_up(), f64::INFINITY);
+            }
+            Interest::From(_) | Interest::UpTo(_) => {}
+        }
+        if i.is_multiple_of(3) { least } else { most }
     }
 }
 
@@ -299,6 +328,33 @@ impl Oracle for Ball {
                     slice[i] = offset / length;
                 }
             }
+        }
+        Ok(())
+    }
+
+    fn points_for(&self, queries: Queries<'_>, interest: Interest<'_>) -> Result<(), Failure> {
+        let Queries { at, value, mut gradient } = queries;
+        let gradients = gradient.as_mut().map(|rows| rows.each_mut().map(|row| &mut **row));
+        self.points(Queries { at, value, gradient: gradients })?;
+        for (i, value) in value.iter_mut().enumerate() {
+            let stand_in = Self::stand_in(*value, interest, i);
+            if let Some(rows) = gradient.as_mut().filter(|_| stand_in != *value) {
+                rows.iter_mut().for_each(|row| row[i] = f64::NAN);
+            }
+            *value = stand_in;
+        }
+        Ok(())
+    }
+
+    fn brick_beside(
+        &self,
+        at: [&[f64]; 3],
+        levels: &[f64],
+        value: &mut [f64],
+    ) -> Result<(), Failure> {
+        self.brick(at, value)?;
+        for (i, value) in value.iter_mut().enumerate() {
+            *value = Self::stand_in(*value, Interest::Beside(levels), i);
         }
         Ok(())
     }
@@ -384,6 +440,36 @@ pub(crate) fn oracles(engine: Engine) {
         let field = gyroid(graph, at);
         graph.max(root, field)
     });
+    // Moved, grown, shrunk, turned inside out and hollowed, on either side of the lattice.
+    for turn in 0..48 {
+        run(&format!("oracle beside a lattice, way {turn}"), &|graph, at| {
+            let at = if turn % 2 == 0 { at } else { turned(graph, at, 2, 0.4) };
+            let mut field = oracle(graph, [0.1, 0.2, 0.3], Output::Value, at);
+            let (third, offset) = (graph.constant(0.3), graph.parameter("offset", 0.15));
+            for step in [turn / 2 % 4, turn / 8 % 3] {
+                field = match step {
+                    0 => graph.sub(field, offset),
+                    1 => graph.mul(field, third),
+                    2 => graph.neg(field),
+                    _ => {
+                        let distance = graph.unary(Unary::Abs, field);
+                        graph.sub(distance, offset)
+                    }
+                };
+            }
+            let lattice = gyroid(graph, at);
+            match turn / 3 % 4 {
+                0 => graph.max(field, lattice),
+                1 => graph.min(lattice, field),
+                2 => graph.max(lattice, field),
+                _ => {
+                    let cut = graph.max(lattice, field);
+                    let other = oracle(graph, [-0.6, 0.2, 0.3], Output::Value, at);
+                    graph.min(cut, other)
+                }
+            }
+        });
+    }
 }
 
 /// Expressions on no axis, one or two, whole or as parts of choices.
