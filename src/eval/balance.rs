@@ -20,9 +20,9 @@
 //! done where nothing but extrema and negations lie between the chain and the root, so that a zero's
 //! sign is seen by nobody: the expression's sign and zeros are those of the expression as written.
 
-use super::{enclosure, vicinity};
+use super::vicinity;
 use crate::expr::graph::operands;
-use crate::expr::{Binary, Graph, Node, NodeId, Output, Unary, depends};
+use crate::expr::{Binary, Graph, Node, NodeId, Output, Unary, depends, enclosure};
 use crate::num::Interval;
 use rustc_hash::FxHashMap;
 

@@ -7,7 +7,6 @@
 pub mod balance;
 pub mod compared;
 mod enclosing;
-pub mod enclosure;
 pub mod interpret;
 pub mod jit;
 pub mod leaves;

@@ -98,6 +98,15 @@ pub fn axes(graph: &Graph) -> Vec<AxisSet> {
     sets
 }
 
+/// Whether `root` is computed from a coordinate.
+///
+/// Of form, not of value, as in [`axes`]; takes time in proportion to what `root` reaches.
+#[must_use]
+pub fn on_point(graph: &Graph, root: NodeId) -> bool {
+    let is_coordinate = |id: NodeId| matches!(graph.node(id), Node::Coordinate(_));
+    graph.as_constant(root).is_none() && reachable(graph, &[root]).into_iter().any(is_coordinate)
+}
+
 /// The nodes that `roots` are computed from, the roots included, operands before users.
 ///
 /// Takes time in proportion to their number, however large the graph is.

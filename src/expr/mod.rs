@@ -9,6 +9,7 @@ pub mod constant;
 pub mod defined;
 pub mod depends;
 pub mod derive;
+pub mod enclosure;
 pub mod graph;
 pub mod op;
 pub mod oracle;

@@ -3,7 +3,7 @@
 //! The operators that fields are made of are written out over eight lanes for operands that are
 //! finite; everything else goes lane by lane through [`enclosure`]. The results are the same.
 
-use crate::eval::enclosure;
+use crate::expr::enclosure;
 use crate::expr::{Binary, Extremum, Unary};
 use crate::num::{Interval, lanes};
 

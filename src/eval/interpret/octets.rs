@@ -2,12 +2,12 @@
 
 use super::chains::Lead;
 use super::octet::{self, LANES, Octet, Octets};
-use crate::eval::enclosure::dead_sides;
 use crate::eval::levels::Pairs;
 use crate::eval::lower::{Factor, Split};
 use crate::eval::regions::is_set;
 use crate::eval::schedule::Schedule;
 use crate::eval::tape::{Op, Position, Tape};
+use crate::expr::enclosure::dead_sides;
 use crate::expr::{Binary, Extremum, Graph, NodeId, Oracle, Output, Unary};
 use crate::geom::Axis;
 use crate::num::{Interval, lanes};

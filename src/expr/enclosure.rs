@@ -1,6 +1,6 @@
 //! The interval version of every operator.
 
-use crate::expr::{Binary, Extremum, Unary};
+use super::{Binary, Extremum, Unary};
 use crate::num::Interval;
 
 /// Encloses `op` of the values in `a`.
