@@ -9,8 +9,11 @@
 
 use crate::cellular::tpms;
 use crate::expr::Graph;
+use crate::geom::Axis;
 use crate::lang::word::MakeShape;
-use crate::lang::{Action, Argument, Arguments, Domain, Shape, Vocabulary, Word};
+use crate::lang::{Action, Argument, Arguments, Domain, Presence, Shape, Vocabulary, Word};
+use crate::solid::blends::Ramp;
+use crate::solid::walls::Method;
 use crate::solid::{Solid, primitives};
 use rustc_hash::FxHashMap;
 use std::sync::LazyLock;
@@ -68,7 +71,7 @@ pub enum Kind {
     /// Changes a solid.
     Unary(fn(&mut Graph, Solid, &Arguments) -> Solid),
     /// Combines two solids.
-    Binary(fn(&mut Graph, Solid, Solid) -> Solid),
+    Binary(fn(&mut Graph, Solid, Solid, &Arguments) -> Solid),
 }
 
 /// The table as the language reads it.
@@ -105,10 +108,11 @@ impl Row {
             Kind::Unary(_) => format!("SHAPE {}", self.name),
             Kind::Binary(_) => format!("SHAPE SHAPE {}", self.name),
         };
-        for Argument { name, default, .. } in self.arguments {
-            usage.push_str(&match default {
-                Some(default) => format!(" [{name} {default}]"),
-                None => format!(" {}", name.to_uppercase()),
+        for Argument { name, presence, .. } in self.arguments {
+            usage.push_str(&match presence {
+                Presence::Default(default) => format!(" [{name} {default}]"),
+                Presence::Optional => format!(" [{name} {}]", name.to_uppercase()),
+                Presence::Required => format!(" {}", name.to_uppercase()),
             });
         }
         usage
@@ -145,6 +149,7 @@ static TABLE: LazyLock<Table> = LazyLock::new(|| {
 
 const PAPER: &str = "Cesogen paper, section 3.2";
 const PLANE_GEOMETRY: &str = "closed form";
+const IDENTITY: &str = "by definition";
 
 fn shapes() -> Vec<Row> {
     use Exactness::{Bound, Distance};
@@ -232,15 +237,47 @@ fn operations() -> Vec<Row> {
             "turns the last shape: `rotate pi/2 0,0,1` carries (1,0,0) to (0,-1,0)",
             "Cesogen paper, equation 8",
         ),
-        binary("union", &[], |graph, a, b| a.union(graph, b)).help(
+        unary("sheet", &[], &[], |graph, a, _| a.sheet(graph))
+            .help("the surface itself, without volume: |f|; to be dilated", IDENTITY),
+        unary("thickness", &["wall"], THICKNESS, |graph, a, given| {
+            a.wall(graph, given.number(0), Method::ALL[given.choice(1).unwrap_or(0)])
+        })
+        .help("a wall of that true thickness about the surface", "Hartmann 1999"),
+        unary("stretch", &[], STRETCH, |graph, a, given| {
+            a.stretch(graph, Axis::ALL[given.choice(0).unwrap_or(0)], given.number(1))
+        })
+        .help("gives cells of length 1 another one along an axis; levels stay", IDENTITY),
+        binary("rounded-union", &["smooth-union"], ROUNDED, |graph, a, b, given| {
+            a.rounded_union(graph, b, given.number(0))
+        })
+        .help("the union of the last two shapes with fillets between them", "hg_sdf, Mercury"),
+        binary("rounded-intersection", &["smooth-intersection"], ROUNDED, |graph, a, b, given| {
+            a.rounded_intersection(graph, b, given.number(0))
+        })
+        .help("the intersection of the last two shapes with rounded edges", "hg_sdf, Mercury"),
+        binary("rounded-difference", &["smooth-difference"], ROUNDED, |graph, a, b, given| {
+            a.rounded_difference(graph, b, given.number(0))
+        })
+        .help("the shape before the last without the last, edges rounded", "hg_sdf, Mercury"),
+        binary("blend", &[], BLEND, |graph, a, b, given| {
+            let ramp = Ramp::ALL[given.choice(1).unwrap_or(0)];
+            let weight = ramp.weight(graph, given.number(0), given.number(2));
+            a.blend(graph, b, weight, given.number(3))
+        })
+        .help(
+            "passes from the shape before the last to the last as a weight goes from 0 to 1",
+            "ASLI, Perez-Boerema et al. 2022",
+        ),
+        binary("union", &[], &[], |graph, a, b, _| a.union(graph, b)).help(
             "what is in either of the last two shapes: min(f, g)",
             "Cesogen paper, equation 9",
         ),
-        binary("intersection", &["intersect"], |graph, a, b| a.intersection(graph, b)).help(
-            "what is in both of the last two shapes: max(f, g)",
-            "Cesogen paper, equation 10",
-        ),
-        binary("difference", &["subtract"], |graph, a, b| a.difference(graph, b)).help(
+        binary("intersection", &["intersect"], &[], |graph, a, b, _| a.intersection(graph, b))
+            .help(
+                "what is in both of the last two shapes: max(f, g)",
+                "Cesogen paper, equation 10",
+            ),
+        binary("difference", &["subtract"], &[], |graph, a, b, _| a.difference(graph, b)).help(
             "the shape before the last without the last: max(f, -g)",
             "Cesogen paper, equation 11",
         ),
@@ -248,64 +285,114 @@ fn operations() -> Vec<Row> {
 }
 
 const ROUNDED_BOX: &[Argument] =
-    &[number("radius", Domain::Fraction, Some("0.25"), "radius of the edges")];
+    &[number("radius", Domain::Fraction, Presence::Default("0.25"), "radius of the edges")];
 const TORUS: &[Argument] = &[
-    number("major", Domain::Positive, Some("0.75"), "radius of the middle of the tube"),
-    number("minor", Domain::Positive, Some("0.25"), "radius of the tube"),
+    number(
+        "major",
+        Domain::Positive,
+        Presence::Default("0.75"),
+        "radius of the middle of the tube",
+    ),
+    number("minor", Domain::Positive, Presence::Default("0.25"), "radius of the tube"),
 ];
 const CONE: &[Argument] = &[
-    number("radius", Domain::Positive, Some("1"), "radius of the base"),
-    number("height", Domain::Positive, Some("2"), "distance from base to tip"),
+    number("radius", Domain::Positive, Presence::Default("1"), "radius of the base"),
+    number("height", Domain::Positive, Presence::Default("2"), "distance from base to tip"),
 ];
 const CAPSULE: &[Argument] = &[
-    number("radius", Domain::Positive, Some("0.5"), "radius of the ends"),
-    number("length", Domain::NotNegative, Some("1"), "distance between the centres of the ends"),
+    number("radius", Domain::Positive, Presence::Default("0.5"), "radius of the ends"),
+    number(
+        "length",
+        Domain::NotNegative,
+        Presence::Default("1"),
+        "distance between the centres of the ends",
+    ),
 ];
 const PLANE: &[Argument] = &[
     Argument {
         name: "normal",
         shape: Shape::Vector,
         domain: Domain::SomeNonzero,
-        default: Some("0,0,1"),
+        presence: Presence::Default("0,0,1"),
         meaning: "outward direction",
     },
-    number("offset", Domain::Any, Some("0"), "distance from the origin along the normal"),
+    number(
+        "offset",
+        Domain::Any,
+        Presence::Default("0"),
+        "distance from the origin along the normal",
+    ),
 ];
 const ELLIPSOID: &[Argument] = &[Argument {
     name: "radii",
     shape: Shape::Vector,
     domain: Domain::Positive,
-    default: Some("1,0.75,0.5"),
+    presence: Presence::Default("1,0.75,0.5"),
     meaning: "semi-axes",
 }];
-const OCTAHEDRON: &[Argument] =
-    &[number("radius", Domain::Positive, Some("1"), "distance of the tips from the origin")];
-const DILATE: &[Argument] = &[number("offset", Domain::Any, None, "growth in units of the field")];
+const OCTAHEDRON: &[Argument] = &[number(
+    "radius",
+    Domain::Positive,
+    Presence::Default("1"),
+    "distance of the tips from the origin",
+)];
+const DILATE: &[Argument] =
+    &[number("offset", Domain::Any, Presence::Required, "growth in units of the field")];
 const ERODE: &[Argument] =
-    &[number("offset", Domain::Any, None, "shrinkage in units of the field")];
-const SHELL: &[Argument] =
-    &[number("thickness", Domain::NotNegative, None, "full thickness in units of the field")];
+    &[number("offset", Domain::Any, Presence::Required, "shrinkage in units of the field")];
+const SHELL: &[Argument] = &[number(
+    "thickness",
+    Domain::NotNegative,
+    Presence::Required,
+    "full thickness in units of the field",
+)];
 const TRANSLATE: &[Argument] = &[Argument {
     name: "offset",
     shape: Shape::Vector,
     domain: Domain::Any,
-    default: None,
+    presence: Presence::Required,
     meaning: "displacement",
 }];
 const SCALE: &[Argument] = &[Argument {
     name: "factor",
     shape: Shape::Factor,
     domain: Domain::EachNonzero,
-    default: None,
+    presence: Presence::Required,
     meaning: "factor along all axes or along each",
 }];
+const THICKNESS: &[Argument] = &[
+    number("thickness", Domain::NotNegative, Presence::Required, "full thickness, a length"),
+    choice("method", Method::NAMES, Presence::Default("exact"), "Newton's method, or first order"),
+];
+const STRETCH: &[Argument] = &[
+    choice("along", &["x", "y", "z"], Presence::Required, "the axis"),
+    number("size", Domain::Positive, Presence::Required, "length of a cell at the point"),
+];
+const ROUNDED: &[Argument] =
+    &[number("radius", Domain::Positive, Presence::Required, "radius of the fillets")];
+const BLEND: &[Argument] = &[
+    number("weight", Domain::Any, Presence::Required, "weight of the last shape, or what gives it"),
+    choice(
+        "ramp",
+        Ramp::NAMES,
+        Presence::Default("weight"),
+        "how the weight is had: as it is, or rising through zero over the width",
+    ),
+    number("width", Domain::Positive, Presence::Default("1"), "width of the ramp"),
+    number(
+        "correction",
+        Domain::Any,
+        Presence::Default("0"),
+        "growth in the middle, in units of the field",
+    ),
+];
 const ROTATE: &[Argument] = &[
-    number("angle", Domain::Any, None, "angle in radians"),
+    number("angle", Domain::Any, Presence::Required, "angle in radians"),
     Argument {
         name: "axis",
         shape: Shape::Vector,
         domain: Domain::SomeNonzero,
-        default: None,
+        presence: Presence::Required,
         meaning: "axis of rotation, of any length",
     },
 ];
@@ -313,10 +400,19 @@ const ROTATE: &[Argument] = &[
 const fn number(
     name: &'static str,
     domain: Domain,
-    default: Option<&'static str>,
+    presence: Presence,
     meaning: &'static str,
 ) -> Argument {
-    Argument { name, shape: Shape::Number, domain, default, meaning }
+    Argument { name, shape: Shape::Number, domain, presence, meaning }
+}
+
+const fn choice(
+    name: &'static str,
+    words: &'static [&'static str],
+    presence: Presence,
+    meaning: &'static str,
+) -> Argument {
+    Argument { name, shape: Shape::Choice(words), domain: Domain::Any, presence, meaning }
 }
 
 fn shape(
@@ -342,9 +438,10 @@ fn unary(
 fn binary(
     name: &'static str,
     aliases: &'static [&'static str],
-    apply: fn(&mut Graph, Solid, Solid) -> Solid,
+    arguments: &'static [Argument],
+    apply: fn(&mut Graph, Solid, Solid, &Arguments) -> Solid,
 ) -> Row {
-    Row { name, aliases, kind: Kind::Binary(apply), arguments: &[], help: "", source: "" }
+    Row { name, aliases, kind: Kind::Binary(apply), arguments, help: "", source: "" }
 }
 
 impl Row {
@@ -358,7 +455,7 @@ impl Row {
 mod tests {
     use super::*;
     use crate::expr::NodeId;
-    use crate::geom::Axis;
+
     use crate::lang::infix::{self, Coordinates, Scope};
     use crate::lang::names;
     use crate::lang::word::normalized;
@@ -415,15 +512,16 @@ mod tests {
     }
 
     #[test]
-    fn argument_names_are_no_words_and_defaults_make_sense() {
+    fn argument_names_are_no_names_of_equations_and_defaults_make_sense() {
         for Row { name, arguments, kind, .. } in rows() {
             for (i, argument) in arguments.iter().enumerate() {
-                assert!(row(argument.name).is_none(), "{name}: `{}` is a word", argument.name);
                 assert!(names::reserved().all(|known| known != argument.name));
                 assert!(arguments[..i].iter().all(|other| other.name != argument.name));
                 let is_shape = matches!(kind, Kind::Shape { .. });
-                assert_eq!(argument.default.is_some(), is_shape, "{name} {}", argument.name);
-                if let Some(default) = argument.default {
+                assert!(!is_shape || argument.default().is_some(), "{name} {}", argument.name);
+                if let Shape::Choice(words) = argument.shape {
+                    assert!(argument.default().is_none_or(|default| words.contains(&default)));
+                } else if let Some(default) = argument.default() {
                     let values = crate::lang::numbers(default, "a default", &[]).unwrap();
                     assert_eq!(values.len(), if argument.shape == Shape::Vector { 3 } else { 1 });
                     assert_eq!(argument.domain.objection(&values), None, "{name}");

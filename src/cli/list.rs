@@ -146,7 +146,7 @@ fn formula(kind: &Kind) -> Option<&'static str> {
 
 fn entry(row: &Row) -> Entry {
     let argument =
-        |a: &Argument| ArgumentEntry { name: a.name, default: a.default, meaning: a.meaning };
+        |a: &Argument| ArgumentEntry { name: a.name, default: a.default(), meaning: a.meaning };
     Entry {
         name: row.name,
         aliases: row.aliases,
@@ -196,7 +196,7 @@ fn explanation(row: &Row) -> String {
     }
     for argument in row.arguments {
         let default =
-            argument.default.map_or_else(String::new, |default| format!(" (default {default})"));
+            argument.default().map_or_else(String::new, |default| format!(" (default {default})"));
         line("argument", &format!("{}: {}{default}", argument.name, argument.meaning));
     }
     line("source", row.source);
@@ -213,7 +213,7 @@ fn reference(rows: &[&Row]) -> String {
             |names: &[&str]| names.iter().map(|n| format!("`{n}`")).collect::<Vec<_>>().join(" ");
         let arguments: Vec<_> = (row.arguments.iter())
             .map(|a| {
-                a.default.map_or_else(|| format!("`{}`", a.name), |d| format!("`{} {d}`", a.name))
+                a.default().map_or_else(|| format!("`{}`", a.name), |d| format!("`{} {d}`", a.name))
             })
             .collect();
         let what = row.help.replace('|', "\\|");

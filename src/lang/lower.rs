@@ -6,7 +6,8 @@
 //! Source: the Cesogen paper, section 3.2.
 
 use super::infix::{self, Coordinates, Scope};
-use super::syntax::{Equation, Item, Operation, Value};
+use super::syntax::{Content, Equation, Item, Located, Operation, Value};
+use super::word::{Given, Shape};
 use super::{
     Action, Argument, Arguments, Demand, Diagnostic, Loaded, Loader, Span, Vocabulary, Word,
 };
@@ -104,14 +105,10 @@ impl Machine<'_> {
         match &item.operation {
             Operation::Mesh(path) => self.mesh(path, item.span),
             Operation::Equation(equation) => {
-                let mut field = self.expression(equation);
-                // Set operations know only more and less, so there what is not a number must be
-                // far outside. On its own it is outside anyway, and can be counted.
-                if !self.alone && !is_always_defined(self.graph, field) {
-                    let outside = self.graph.constant(f64::INFINITY);
-                    field = self.graph.min(field, outside);
-                }
-                Ok(Solid::unbounded(self.graph, field))
+                let field = self.expression(equation);
+                let solid = Solid::unbounded(self.graph, field);
+                // On its own, what is not a number is outside anyway, and can be counted.
+                Ok(if self.alone { solid } else { self.defined(solid) })
             }
             Operation::Word { name, values } => {
                 let Some(word) = vocabulary.word(name) else {
@@ -130,16 +127,35 @@ impl Machine<'_> {
                 let arguments = self
                     .arguments(word, values)
                     .map_err(|faults| Failed { faults, is_final: false })?;
-                Ok(match (word.action, operands.next(), operands.next()) {
+                let made = match (word.action, operands.next(), operands.next()) {
                     (Action::Unary(apply), Some(a), _) => apply(self.graph, a, &arguments),
-                    (Action::Binary(apply), Some(a), Some(b)) => apply(self.graph, a, b),
+                    (Action::Binary(apply), Some(a), Some(b)) => {
+                        apply(self.graph, a, b, &arguments)
+                    }
                     (Action::Shape(make), ..) => make(self.graph, &arguments),
                     (Action::Unary(_) | Action::Binary(_), ..) => {
                         return Err(too_few(word, item.span, 0, needed));
                     }
+                };
+                let varies = values.iter().flatten().flat_map(Value::components);
+                Ok(if varies.into_iter().any(Equation::has_coordinate) {
+                    self.defined(made)
+                } else {
+                    made
                 })
             }
         }
+    }
+
+    /// `solid` with the outside where its field may not be a number.
+    ///
+    /// Set operations know only more and less, so there what is not a number must be far outside.
+    fn defined(&mut self, mut solid: Solid) -> Solid {
+        if !is_always_defined(self.graph, solid.field) {
+            let outside = self.graph.constant(f64::INFINITY);
+            solid.field = self.graph.min(solid.field, outside);
+        }
+        solid
     }
 
     /// The distance to the mesh in the file `path`; a file named twice is read once.
@@ -174,17 +190,27 @@ impl Machine<'_> {
         let mut arguments = Arguments::default();
         let mut faults = Vec::new();
         for (i, argument) in word.arguments.iter().enumerate() {
-            let given = values.get(i).and_then(Option::as_ref);
-            let (components, span) = match given {
-                Some(Value { components, span }) => (components.clone(), span.0),
-                None => (default(argument)?, Span::NOWHERE),
+            let given = match values.get(i).and_then(Option::as_ref) {
+                Some(value) => Some(value.clone()),
+                None => default(argument)?,
+            };
+            let Some(Value { content, span: Located(span) }) = given else {
+                arguments.0.push(Given::Nothing);
+                continue;
+            };
+            let components = match content {
+                Content::Choice(_, place) => {
+                    arguments.0.push(Given::Choice(place));
+                    continue;
+                }
+                Content::Numbers(components) => components,
             };
             let nodes: Vec<_> = components.iter().map(|c| self.expression(c)).collect();
-            arguments.0.push(match nodes.as_slice() {
+            arguments.0.push(Given::Numbers(match nodes.as_slice() {
                 [a, b, c] => [*a, *b, *c],
                 [one, ..] => [*one; 3],
                 [] => return Err(vec![Diagnostic::new("an argument is empty").at(span, "")]),
-            });
+            }));
             let demand = Demand::new(word.name, *argument, nodes, span);
             faults.extend(demand.objection(self.graph, &self.values));
             if demand.is_open(self.graph) {
@@ -203,10 +229,17 @@ impl Machine<'_> {
     }
 }
 
-/// The components of the default of `argument`.
-fn default(argument: &Argument) -> Result<Vec<Equation>, Vec<Diagnostic>> {
-    let scope = Scope { coordinates: Coordinates::Forbidden(argument.name), parameters: &[] };
-    infix::list(argument.default.unwrap_or_default(), Span::NOWHERE, scope)
+/// The default of `argument`; `None` if it has none.
+fn default(argument: &Argument) -> Result<Option<Value>, Vec<Diagnostic>> {
+    let Some(text) = argument.default() else { return Ok(None) };
+    let content = if let Shape::Choice(words) = argument.shape {
+        let place = words.iter().position(|word| *word == text);
+        place.map(|place| Content::Choice(words[place], place))
+    } else {
+        let scope = Scope { coordinates: Coordinates::Forbidden(argument.name), parameters: &[] };
+        Some(Content::Numbers(infix::list(text, Span::NOWHERE, scope)?))
+    };
+    Ok(content.map(|content| Value { content, span: Located(Span::NOWHERE) }))
 }
 
 /// The fault of an operation that finds too few solids on the stack.

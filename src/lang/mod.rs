@@ -29,7 +29,7 @@ pub use parameters::Demand;
 pub use source::{Place, Source, Sources};
 pub use syntax::{Equation, Item, Operation, Value};
 pub use word::{
-    Action, Argument, Arguments, Domain, Loaded, Loader, Refusal, Shape, Vocabulary, Word,
+    Action, Argument, Arguments, Domain, Loaded, Loader, Presence, Refusal, Shape, Vocabulary, Word,
 };
 pub use words::Token;
 
@@ -168,9 +168,12 @@ pub fn format(items: &[Item], vocabulary: &dyn Vocabulary) -> Vec<String> {
                 let word = vocabulary.word(name);
                 for (index, value) in values.iter().enumerate() {
                     let Some(value) = value else { continue };
-                    // Operations take values by position, shapes by name.
-                    if let Some(Word { arguments, action: Action::Shape(_), .. }) = word {
-                        words.extend(arguments.get(index).map(|argument| argument.name.to_owned()));
+                    // What an operation requires it takes by position, all else is taken by name.
+                    if let Some(Word { arguments, action, .. }) = word
+                        && let Some(argument) = arguments.get(index)
+                        && (matches!(action, Action::Shape(_)) || !argument.is_required())
+                    {
+                        words.push(argument.name.to_owned());
                     }
                     words.push(value.to_string());
                 }

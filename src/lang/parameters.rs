@@ -6,10 +6,10 @@
 use super::infix::{self, Coordinates, Scope};
 use super::lexer::{Lexeme, lexemes};
 use super::names::{self, CONSTANTS, Function};
-use super::syntax::{Equation, Item, Operation, Term};
+use super::syntax::{Equation, Item, Operation, Term, Value};
 use super::word::normalized;
 use super::{Argument, Diagnostic, Rejected, Shape, Sources, Span, Vocabulary};
-use crate::expr::{Graph, NodeId};
+use crate::expr::{Graph, NodeId, depends};
 use crate::solid::Values;
 use rustc_hash::FxHashSet;
 
@@ -159,7 +159,7 @@ pub(super) fn used(items: &[Item]) -> FxHashSet<&str> {
     let equations = items.iter().flat_map(|item| match &item.operation {
         Operation::Equation(equation) => std::slice::from_ref(equation).iter().collect(),
         Operation::Word { values, .. } => {
-            values.iter().flatten().flat_map(|value| &value.components).collect::<Vec<_>>()
+            values.iter().flatten().flat_map(Value::components).collect::<Vec<_>>()
         }
         Operation::Mesh(_) => Vec::new(),
     });
@@ -188,6 +188,9 @@ pub struct Demand {
 
 impl Demand {
     /// What `argument` of the word `word` asks of `components`, which the text at `span` gives.
+    ///
+    /// Components that vary in space are not judged: what is wrong at one point may lie outside of
+    /// the solid.
     pub(super) fn new(word: &str, argument: Argument, components: Vec<NodeId>, span: Span) -> Self {
         Self { word: word.to_owned(), argument, components, span }
     }
@@ -202,12 +205,15 @@ impl Demand {
     pub fn objection(&self, graph: &Graph, values: &[f64]) -> Option<Diagnostic> {
         let Self { word, argument, components, span } = self;
         let mut evaluated = Values::new(graph, values);
-        let present: Vec<f64> =
-            components.iter().map(|node| evaluated.of(*node).unwrap_or(f64::NAN)).collect();
+        let fixed = components.iter().filter(|node| !depends::on_point(graph, **node));
+        let present: Vec<f64> = fixed.map(|node| evaluated.of(*node).unwrap_or(f64::NAN)).collect();
+        if present.is_empty() {
+            return None;
+        }
         let objection = argument.domain.objection(&present)?;
         let prefix = match argument.shape {
             Shape::Factor if present.len() > 1 => "each component of ",
-            Shape::Number | Shape::Vector | Shape::Factor => "",
+            Shape::Number | Shape::Vector | Shape::Factor | Shape::Choice(_) => "",
         };
         let message = format!("{prefix}the `{}` of `{word}` {objection}", argument.name);
         let value: Vec<_> = present.iter().map(f64::to_string).collect();

@@ -4,15 +4,17 @@
 //! read as an equation. A word of the vocabulary thus hides a file of its name, and a missing mesh
 //! file is never mistaken for an equation.
 //!
-//! Operations are followed by the values of their arguments, each with or without its name before
-//! it; shapes by named values only. Reading goes on after a fault, to report several at once.
+//! Operations are followed by the values of their arguments: those that they require with or without
+//! their names before them, the others by name. Shapes are followed by named values only. A name binds
+//! to the word before it, even if it is a word of the vocabulary too, as `density` is after `fill`.
+//! Reading goes on after a fault, to report several at once.
 //!
 //! Source: the Cesogen paper, section 3.2, which speaks of pairs of names and values but prints
 //! values alone; we take both.
 
 use super::infix::{self, Coordinates, Scope};
 use super::names;
-use super::syntax::{Equation, Item, Located, Operation, Value};
+use super::syntax::{Content, Equation, Item, Located, Operation, Value};
 use super::word::{Shape, normalized};
 use super::words::Token;
 use super::{Action, Argument, Diagnostic, Loader, Span, Vocabulary, Word};
@@ -90,9 +92,16 @@ impl<'a> Reader<'a> {
         while let Some(next) = self.peek() {
             let spelling = normalized(&next.text);
             let named = word.arguments.iter().position(|argument| argument.name == spelling);
+            // A name given before may be meant as the word that it also is.
+            let is_word = || self.vocabulary.word(&spelling).is_some();
+            let named = named.filter(|index| values[*index].is_none() || !is_word());
             let positional = match word.action {
-                Action::Unary(_) => values.iter().position(Option::is_none),
-                Action::Shape(_) | Action::Binary(_) => None,
+                Action::Unary(_) | Action::Binary(_) => word
+                    .arguments
+                    .iter()
+                    .zip(&values)
+                    .position(|(argument, value)| argument.is_required() && value.is_none()),
+                Action::Shape(_) => None,
             };
             let index = match (named, positional) {
                 (Some(index), _) => {
@@ -117,11 +126,13 @@ impl<'a> Reader<'a> {
             let value = self.value(word, argument, value);
             sound &= value.is_some();
             // A faulty value holds its place, so that the next is not taken for it.
-            values[index] =
-                Some(value.unwrap_or_else(|| Value { components: Vec::new(), span: Located(end) }));
+            values[index] = Some(value.unwrap_or_else(|| Value {
+                content: Content::Numbers(Vec::new()),
+                span: Located(end),
+            }));
         }
         for (argument, value) in word.arguments.iter().zip(&values) {
-            if value.is_none() && argument.default.is_none() {
+            if value.is_none() && argument.is_required() {
                 self.lacks(word, argument, token);
                 return None;
             }
@@ -150,9 +161,13 @@ impl<'a> Reader<'a> {
             );
         }
         let example = match argument.shape {
-            Shape::Number => "a number or an equation of numbers",
-            Shape::Vector => "three numbers in one word, such as `0,0,1`",
-            Shape::Factor => "one number, or three in one word, such as `1,1,2`",
+            Shape::Number if matches!(word.action, Action::Shape(_)) => {
+                "a number or an equation of numbers".to_owned()
+            }
+            Shape::Number => "a number, or an equation in x, y and z".to_owned(),
+            Shape::Vector => "three numbers in one word, such as `0,0,1`".to_owned(),
+            Shape::Factor => "one number, or three in one word, such as `1,1,2`".to_owned(),
+            Shape::Choice(words) => words.join(" or "),
         };
         self.faults.push(fault.cure(format!("give the {}: {example}", argument.meaning)));
     }
@@ -160,8 +175,14 @@ impl<'a> Reader<'a> {
     /// The value of `argument` of `word` that `token` says, or faults.
     fn value(&mut self, word: Word<'_>, argument: &Argument, token: &Token) -> Option<Value> {
         let what = format!("the `{}` of `{}`", argument.name, word.name);
-        let scope =
-            Scope { coordinates: Coordinates::Forbidden(&what), parameters: self.parameters };
+        if let Shape::Choice(words) = argument.shape {
+            return self.choice(&what, words, token);
+        }
+        let coordinates = match word.action {
+            Action::Shape(_) => Coordinates::Forbidden(&what),
+            Action::Unary(_) | Action::Binary(_) => Coordinates::Known,
+        };
+        let scope = Scope { coordinates, parameters: self.parameters };
         let components = match infix::list(&token.text, token.span, scope) {
             Ok(components) => components,
             Err(mut faults) => {
@@ -178,6 +199,7 @@ impl<'a> Reader<'a> {
             Shape::Number => (components.len() == 1, "one number", None),
             Shape::Vector => (components.len() == 3, "three components", Some("0,0,1")),
             Shape::Factor => (matches!(components.len(), 1 | 3), "one or three numbers", None),
+            Shape::Choice(_) => (false, "a word", None),
         };
         if !fits {
             let fault = Diagnostic::new(format!("{what} needs {needed}"))
@@ -190,7 +212,19 @@ impl<'a> Reader<'a> {
             });
             return None;
         }
-        Some(Value { components, span: Located(token.span) })
+        Some(Value { content: Content::Numbers(components), span: Located(token.span) })
+    }
+
+    /// Which of `words` `token` says, or a fault; `what` names the argument.
+    fn choice(&mut self, what: &str, words: &[&'static str], token: &Token) -> Option<Value> {
+        let spelling = normalized(&token.text);
+        let Some(place) = words.iter().position(|word| *word == spelling) else {
+            let list: Vec<_> = words.iter().map(|word| format!("`{word}`")).collect();
+            let fault = Diagnostic::new(format!("{what} is one of {}", list.join(", ")));
+            self.faults.push(fault.at(token.span, "is none of them"));
+            return None;
+        };
+        Some(Value { content: Content::Choice(words[place], place), span: Located(token.span) })
     }
 
     /// The equation in x, y and z that `token` says, or faults.

@@ -37,10 +37,30 @@ pub enum Operation {
 /// The value of an argument.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Value {
-    /// One or three components.
-    pub components: Vec<Equation>,
+    /// What it says.
+    pub content: Content,
     /// The word that gives it.
     pub span: Located,
+}
+
+/// What the value of an argument says.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Content {
+    /// One or three components.
+    Numbers(Vec<Equation>),
+    /// A word among the argument's choices, and its place there.
+    Choice(&'static str, usize),
+}
+
+impl Value {
+    /// The components; none for a choice.
+    #[must_use]
+    pub fn components(&self) -> &[Equation] {
+        match &self.content {
+            Content::Numbers(components) => components,
+            Content::Choice(..) => &[],
+        }
+    }
 }
 
 /// A place that does not count when syntax is compared.
@@ -257,7 +277,10 @@ fn number(value: f64) -> String {
 
 impl fmt::Display for Value {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (i, component) in self.components.iter().enumerate() {
+        if let Content::Choice(word, _) = self.content {
+            return f.write_str(word);
+        }
+        for (i, component) in self.components().iter().enumerate() {
             if i > 0 {
                 f.write_str(",")?;
             }

@@ -30,16 +30,18 @@ pub struct Word<'a> {
 pub enum Action<'a> {
     /// Pushes a solid. Its arguments are optional and given by name.
     Shape(&'a MakeShape),
-    /// Pops one solid and pushes one. Its arguments are required, by position or by name.
+    /// Pops one solid and pushes one. Its required arguments may go without their names.
     Unary(fn(&mut Graph, Solid, &Arguments) -> Solid),
-    /// Pops two solids and pushes one.
-    Binary(fn(&mut Graph, Solid, Solid) -> Solid),
+    /// Pops two solids and pushes one. Its required arguments may go without their names.
+    Binary(fn(&mut Graph, Solid, Solid, &Arguments) -> Solid),
 }
 
 /// Makes the solid of a shape word.
 pub type MakeShape = dyn Fn(&mut Graph, &Arguments) -> Solid + Send + Sync;
 
-/// A number, or three, that follows a word.
+/// A number, three or a choice, that follows a word.
+///
+/// Numbers of operations may be equations in x, y and z; those of shapes may not.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Argument {
     /// The name that may stand before the value.
@@ -48,13 +50,41 @@ pub struct Argument {
     pub shape: Shape,
     /// Which values make sense.
     pub domain: Domain,
-    /// The value where the text gives none; `None` if it is required.
-    pub default: Option<&'static str>,
+    /// What it means to leave it out.
+    pub presence: Presence,
     /// What it is, with its unit, in a few words.
     pub meaning: &'static str,
 }
 
-/// How many components an argument has.
+/// What it means to leave an argument out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Presence {
+    /// That the text is at fault.
+    Required,
+    /// That it has this value.
+    Default(&'static str),
+    /// That the word does without.
+    Optional,
+}
+
+impl Argument {
+    /// The value where the text gives none, if there is one.
+    #[must_use]
+    pub const fn default(&self) -> Option<&'static str> {
+        match self.presence {
+            Presence::Required | Presence::Optional => None,
+            Presence::Default(text) => Some(text),
+        }
+    }
+
+    /// Whether the text must give it.
+    #[must_use]
+    pub const fn is_required(&self) -> bool {
+        matches!(self.presence, Presence::Required)
+    }
+}
+
+/// What the value of an argument consists of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shape {
     /// One.
@@ -63,6 +93,8 @@ pub enum Shape {
     Vector,
     /// Three, or one that stands for all three.
     Factor,
+    /// One of these words.
+    Choice(&'static [&'static str]),
 }
 
 /// Which values of an argument make sense.
@@ -105,25 +137,61 @@ impl Domain {
 
 /// Values of a word's arguments, in the order of their declaration.
 #[derive(Clone, Debug, Default)]
-pub struct Arguments(pub(super) Vec<[NodeId; 3]>);
+pub struct Arguments(pub(super) Vec<Given>);
+
+/// The value of one argument.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Given {
+    /// There is none.
+    Nothing,
+    /// The components; one number three times.
+    Numbers([NodeId; 3]),
+    /// The place of the word chosen among its [choices](Shape::Choice).
+    Choice(usize),
+}
 
 impl Arguments {
     /// The value of argument `index`, a number.
     ///
     /// # Panics
-    /// If the word declares fewer arguments.
+    /// If the word declares fewer arguments, or that one may be left out or is a choice.
     #[must_use]
     pub fn number(&self, index: usize) -> NodeId {
-        self.0[index][0]
+        self.vector(index)[0]
     }
 
     /// The components of argument `index`, a vector or factor.
     ///
     /// # Panics
-    /// If the word declares fewer arguments.
+    /// If the word declares fewer arguments, or that one may be left out or is a choice.
     #[must_use]
     pub fn vector(&self, index: usize) -> [NodeId; 3] {
-        self.0[index]
+        self.optional(index).expect("a required argument, or one with a default, has a value")
+    }
+
+    /// The components of argument `index`, a number, vector or factor; `None` if it is left out.
+    ///
+    /// # Panics
+    /// If the word declares fewer arguments.
+    #[must_use]
+    pub fn optional(&self, index: usize) -> Option<[NodeId; 3]> {
+        match self.0[index] {
+            Given::Numbers(components) => Some(components),
+            Given::Nothing | Given::Choice(_) => None,
+        }
+    }
+
+    /// The place of the word given for argument `index` among its choices; `None` if it is left
+    /// out or is no choice.
+    ///
+    /// # Panics
+    /// If the word declares fewer arguments.
+    #[must_use]
+    pub fn choice(&self, index: usize) -> Option<usize> {
+        match self.0[index] {
+            Given::Choice(place) => Some(place),
+            Given::Nothing | Given::Numbers(_) => None,
+        }
     }
 }
 

@@ -8,6 +8,7 @@
 //! An intersection of disjoint boxes is kept as a box with `lo > hi`: growing it is still right,
 //! since a dilation may bring the operands together.
 
+use super::warps::Warp;
 use super::{Solid, Span, Values};
 use crate::expr::{Graph, NodeId};
 use crate::geom::{Aabb, Axis};
@@ -32,12 +33,16 @@ pub(super) enum Rule {
     Grow(NodeId),
     /// Everything: the complement of something.
     Everywhere,
+    /// Has a field that is no smaller than the size of the old one over this.
+    Quotient(f64),
     /// Moves by a vector.
     Translate([NodeId; 3]),
     /// Scales along the axes.
     Scale([NodeId; 3]),
     /// Pulls back by the matrix with these rows.
     Rotate([[NodeId; 3]; 3]),
+    /// Is moved by numbers that vary in space.
+    Warp(Warp),
     /// Pops two and pushes their combination.
     Join(Join, Order),
 }
@@ -82,7 +87,7 @@ pub struct Extent {
     /// The text of the operand.
     pub span: Span,
     /// The operand to blame for each axis without finite ends.
-    unbounded: [Option<Span>; 3],
+    pub(super) unbounded: [Option<Span>; 3],
     /// The two operands whose boxes do not meet.
     apart: Option<[Span; 2]>,
     /// The step whose numbers are not finite.
@@ -166,9 +171,11 @@ impl Step {
             }
             Rule::Grow(by) => pop(stack).grown(*by, *span, values),
             Rule::Everywhere => pop(stack).everywhere(*span),
+            Rule::Quotient(by) => pop(stack).quotient(*by, *span),
             Rule::Translate(by) => pop(stack).translated(*by, *span, values),
             Rule::Scale(by) => pop(stack).scaled(*by, *span, values),
             Rule::Rotate(rows) => pop(stack).rotated(*rows, *span, values),
+            Rule::Warp(warp) => pop(stack).warped(warp, *span, values),
         };
         stack.push(extent);
     }
@@ -196,7 +203,7 @@ impl Extent {
     }
 
     /// Forgets the blame for axes with finite ends.
-    fn with_blame_where_unbounded(mut self) -> Self {
+    pub(super) fn with_blame_where_unbounded(mut self) -> Self {
         for (axis, blame) in self.unbounded.iter_mut().enumerate() {
             if self.bounds.lo[axis].is_finite() && self.bounds.hi[axis].is_finite() {
                 *blame = None;
@@ -206,7 +213,7 @@ impl Extent {
     }
 
     /// Extends the text by `span`, and blames it if one of its `numbers` is not finite.
-    fn said(mut self, span: Span, numbers: &[f64]) -> Self {
+    pub(super) fn said(mut self, span: Span, numbers: &[f64]) -> Self {
         self.span = self.span.to(span);
         if numbers.iter().any(|n| !n.is_finite()) {
             self.undefined = self.undefined.or(Some(span));
@@ -227,6 +234,12 @@ impl Extent {
         self.growth = DVec3::ONE;
         self.apart = None;
         self.unbounded = [Some(self.span.to(span)); 3];
+        self.said(span, &[])
+    }
+
+    fn quotient(mut self, by: f64, span: Span) -> Self {
+        self.growth *= by;
+        self.lipschitz = f64::INFINITY;
         self.said(span, &[])
     }
 

@@ -8,14 +8,20 @@
 //!
 //! Source: the operations are equations 2 to 11 of the Cesogen paper; names follow it.
 
+pub mod blends;
 pub mod extent;
 pub mod motions;
 pub mod offsets;
 pub mod primitives;
+mod ranges;
+pub mod rounded;
 pub mod sets;
 mod slopes;
 pub mod span;
+mod stretch;
 pub mod values;
+pub mod walls;
+mod warps;
 
 pub use extent::{BoundsFault, Extent};
 pub use span::Span;

@@ -1,16 +1,20 @@
 //! Translation, scaling and rotation: expressions in moved coordinates.
 //!
 //! A motion substitutes expressions for the coordinates of a field. Nothing is evaluated, so a
-//! motion may depend on parameters.
+//! motion may depend on parameters. It may vary in space, too: then it is a map that pulls the field
+//! back, f(M(x)), with its own offset, factor or angle at each point. Values mean as much as before
+//! under varying offsets and angles, but distances are distances no more; where bounds go,
+//! `warps.rs` says.
 //!
 //! Source: the Cesogen paper, equations 6 to 8. Equation 8 pulls back by the right-handed rotation
 //! matrix M, f(Mx), so the solid turns by minus the angle: a quarter turn about z carries (1,0,0) to
 //! (0,-1,0). We keep that, and normalise the axis.
 
 use super::extent::Rule;
+use super::warps::Warp;
 use super::{Solid, Wall};
 use crate::expr::graph::operands;
-use crate::expr::{Binary, Graph, Node, NodeId, Unary};
+use crate::expr::{Binary, Graph, Node, NodeId, Unary, depends, derive};
 use rustc_hash::FxHashMap;
 
 /// Entries of a rotation matrix as near as this to -1, 0 or 1 are rounding errors of them.
@@ -26,14 +30,20 @@ impl Solid {
         let point = graph.point();
         let pulled = std::array::from_fn(|i| graph.sub(point[i], offset[i]));
         let mut moved = self.substituted(graph, pulled);
-        moved.push(Rule::Translate(offset));
+        moved.push(if vary(graph, &offset) {
+            let slopes = offset.map(|component| derive::gradient(graph, component));
+            Rule::Warp(Warp::Translate { by: offset, slopes })
+        } else {
+            Rule::Translate(offset)
+        });
         moved
     }
 
     /// Scaled by `factor` along the axes: a f(x / factor) with a = min |factor|.
     ///
     /// Distances stay distances if the factors are equal in size, else they become bounds. Levels
-    /// are scaled too: a dilation means more before than after a scaling down.
+    /// are scaled too: a dilation means more before than after a scaling down. A factor that varies
+    /// scales levels by what it is at the point.
     #[must_use]
     pub fn scale(self, graph: &mut Graph, factor: [NodeId; 3]) -> Self {
         let point = graph.point();
@@ -47,7 +57,11 @@ impl Solid {
             wall.field = graph.mul(least, wall.field);
             wall.half_thickness = graph.mul(least, wall.half_thickness);
         }
-        moved.push(Rule::Scale(factor));
+        moved.push(if vary(graph, &factor) {
+            Rule::Warp(Warp::Scale(factor))
+        } else {
+            Rule::Scale(factor)
+        });
         moved
     }
 
@@ -58,19 +72,29 @@ impl Solid {
         let point = graph.point();
         let pulled = rows.map(|row| dot(graph, row, point));
         let mut moved = self.substituted(graph, pulled);
-        moved.push(Rule::Rotate(rows));
+        moved.push(if vary(graph, rows.as_flattened()) {
+            Rule::Warp(Warp::Rotate(rows))
+        } else {
+            Rule::Rotate(rows)
+        });
         moved
     }
 
     /// The solid with `point` in place of the coordinates.
-    fn substituted(mut self, graph: &mut Graph, point: [NodeId; 3]) -> Self {
+    pub(super) fn substituted(mut self, graph: &mut Graph, point: [NodeId; 3]) -> Self {
         let mut substitution = Substitution { point, known: FxHashMap::default() };
         self.field = substitution.of(graph, self.field);
-        for Wall { field, .. } in &mut self.walls {
+        for Wall { field, half_thickness, .. } in &mut self.walls {
             *field = substitution.of(graph, *field);
+            *half_thickness = substitution.of(graph, *half_thickness);
         }
         self
     }
+}
+
+/// Whether one of `numbers` varies in space.
+pub(super) fn vary(graph: &Graph, numbers: &[NodeId]) -> bool {
+    numbers.iter().any(|number| depends::on_point(graph, *number))
 }
 
 /// `root` with the expressions `point` in place of x, y and z.

@@ -1,20 +1,22 @@
 //! Dilation, erosion and shell: moving a solid's level.
 //!
 //! The offset is in units of the field: a length for distances, a difference of level for periodic
-//! surfaces and formulas.
+//! surfaces and formulas. It may vary in space: then the level is another at each point.
 //!
 //! Source: the Cesogen paper, equations 3 to 5.
 
 use super::extent::Rule;
+use super::motions::vary;
+use super::warps::Warp;
 use super::{Solid, Span, Wall};
-use crate::expr::{Graph, NodeId, Unary};
+use crate::expr::{Graph, NodeId, Unary, derive};
 
 impl Solid {
     /// {f < offset}: the field f - offset. A negative offset erodes.
     #[must_use]
     pub fn dilate(mut self, graph: &mut Graph, offset: NodeId) -> Self {
         self.field = graph.sub(self.field, offset);
-        self.push(Rule::Grow(offset));
+        self.grow(graph, offset);
         self
     }
 
@@ -23,7 +25,7 @@ impl Solid {
     pub fn erode(mut self, graph: &mut Graph, offset: NodeId) -> Self {
         self.field = graph.add(self.field, offset);
         let outward = graph.neg(offset);
-        self.push(Rule::Grow(outward));
+        self.grow(graph, outward);
         self
     }
 
@@ -35,8 +37,24 @@ impl Solid {
         self.walls.push(Wall { field: self.field, half_thickness, span: Span::NOWHERE });
         let distance = graph.unary(Unary::Abs, self.field);
         self.field = graph.sub(distance, half_thickness);
-        self.push(Rule::Grow(half_thickness));
+        self.grow(graph, half_thickness);
         self
+    }
+
+    /// What has no volume but the surface itself: |f|, to be dilated.
+    #[must_use]
+    pub fn sheet(self, graph: &mut Graph) -> Self {
+        let zero = graph.constant(0.0);
+        self.shell(graph, zero)
+    }
+
+    /// Says that the box grows by the growth times `by`, which may vary in space.
+    pub(super) fn grow(&mut self, graph: &mut Graph, by: NodeId) {
+        self.push(if vary(graph, &[by]) {
+            Rule::Warp(Warp::Grow { by, slopes: derive::gradient(graph, by) })
+        } else {
+            Rule::Grow(by)
+        });
     }
 }
 

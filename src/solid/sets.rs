@@ -50,7 +50,7 @@ impl Solid {
 
     /// Appends the shorter list of steps to the longer, so that joining n solids in any order costs
     /// n log n.
-    fn joined(mut self, join: Join, mut other: Self, field: NodeId) -> Self {
+    pub(super) fn joined(mut self, join: Join, mut other: Self, field: NodeId) -> Self {
         let order = if self.steps.len() < other.steps.len() {
             std::mem::swap(&mut self.steps, &mut other.steps);
             Order::Exchanged

@@ -3,7 +3,8 @@
 //! The rules that yield the box are run a second time for derivatives, beside the values. Where the
 //! box has a kink (two operands reach equally far, an entry of a rotation is zero) the derivative is
 //! the one to the right, for a growing parameter. The margin for rounding that a turned box carries
-//! is left out: it is 1e-15 of the box.
+//! is left out: it is 1e-15 of the box. Where numbers of the solid vary in space, the box comes of
+//! their ranges, and its derivatives are central differences, right to 1e-8 or so.
 
 use super::extent::{Extent, Join, Order, Rule, Step, pop};
 use super::{Solid, Values};
@@ -34,6 +35,9 @@ impl Solid {
         if !depend(graph, &numbers, parameter) {
             return [[0.0; 3]; 2];
         }
+        if self.steps.iter().any(|step| matches!(step.rule, Rule::Warp(_))) {
+            return self.bounds_difference(graph, parameters, parameter);
+        }
         let mut derived = graph.clone();
         let slopes: FxHashMap<NodeId, NodeId> = numbers
             .into_iter()
@@ -48,9 +52,11 @@ impl Solid {
                 Rule::Join(..) => 2,
                 Rule::Grow(_)
                 | Rule::Everywhere
+                | Rule::Quotient(_)
                 | Rule::Translate(_)
                 | Rule::Scale(_)
-                | Rule::Rotate(_) => 1,
+                | Rule::Rotate(_)
+                | Rule::Warp(_) => 1,
             };
             let operands = stack[stack.len() - taken..].to_vec();
             let own = moving.split_off(moving.len() - taken);
@@ -67,16 +73,43 @@ impl Solid {
         };
         [finite(bounds.lo, lo), finite(bounds.hi, hi)]
     }
+
+    /// The derivatives of the box's ends by `parameter`, from its boxes on both sides.
+    fn bounds_difference(
+        &self,
+        graph: &Graph,
+        parameters: &[f64],
+        parameter: ParameterId,
+    ) -> [[f64; 3]; 2] {
+        let at = |value: f64| {
+            let mut moved = parameters.to_vec();
+            moved[parameter.index()] = value;
+            self.bounds(graph, &moved)
+        };
+        let present = parameters[parameter.index()];
+        let step = DIFFERENCE * present.abs().max(1.0);
+        let (before, after) = (at(present - step), at(present + step));
+        let slope = |a: f64, b: f64| {
+            if a.is_finite() && b.is_finite() { (b - a) / (2.0 * step) } else { 0.0 }
+        };
+        [[before.lo, after.lo], [before.hi, after.hi]]
+            .map(|[a, b]| [0, 1, 2].map(|axis| slope(a[axis], b[axis])))
+    }
 }
+
+/// The step of differences of boxes, relative to the parameter or to 1: it balances their third
+/// derivative and rounding.
+const DIFFERENCE: f64 = 1e-6;
 
 /// The expressions that a rule reads.
 fn numbers(rule: &Rule) -> Vec<NodeId> {
     match rule {
         Rule::Leaf(leaf) => leaf.bounds.as_flattened().to_vec(),
         Rule::Grow(by) => vec![*by],
-        Rule::Everywhere | Rule::Join(..) => Vec::new(),
+        Rule::Everywhere | Rule::Quotient(_) | Rule::Join(..) => Vec::new(),
         Rule::Translate(by) | Rule::Scale(by) => by.to_vec(),
         Rule::Rotate(rows) => rows.as_flattened().to_vec(),
+        Rule::Warp(warp) => warp.numbers(),
     }
 }
 
@@ -123,6 +156,7 @@ fn slope(
             }
         }
         Rule::Everywhere => Slopes::default(),
+        Rule::Quotient(by) => Slopes { growth: own[0].growth * *by, ..own[0] },
         Rule::Translate(by) => {
             let by = rates(values, *by);
             Slopes { lo: own[0].lo + by, hi: own[0].hi + by, growth: own[0].growth }
@@ -136,6 +170,8 @@ fn slope(
             let faster = rows.map(|row| rates(values, row).to_array());
             rotated(&operands[0], own[0], entries, faster)
         }
+        // Boxes of these are derived by differences, and don't come here.
+        Rule::Warp(_) => Slopes::default(),
         Rule::Join(join, order) => {
             let (first, second) = match order {
                 Order::AsWritten => (0, 1),

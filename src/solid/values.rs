@@ -19,6 +19,14 @@ impl<'a> Values<'a> {
         Self { graph, parameters, known: FxHashMap::default() }
     }
 
+    pub(super) fn graph(&self) -> &Graph {
+        self.graph
+    }
+
+    pub(super) fn parameters(&self) -> &[f64] {
+        self.parameters
+    }
+
     /// The value of `id`; `None` if it depends on a coordinate, on an oracle, or on a parameter
     /// without a value.
     pub fn of(&mut self, id: NodeId) -> Option<f64> {

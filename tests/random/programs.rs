@@ -30,19 +30,37 @@ impl Folder {
 }
 
 /// A small generator of random numbers and programs.
-pub struct Random(u64);
+pub struct Random {
+    state: u64,
+    /// Operations that programs are made of.
+    operations: Operations,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Operations {
+    /// Those of the Cesogen paper, with constant numbers.
+    Classic,
+    All,
+}
 
 impl Random {
     /// The generator that `seed` begins.
     pub fn new(seed: u64) -> Self {
-        Self(seed)
+        Self { state: seed, operations: Operations::All }
+    }
+
+    /// The generator whose programs have the operations of the Cesogen paper only.
+    ///
+    /// What a seed means must not change for those that once failed.
+    pub fn classic(seed: u64) -> Self {
+        Self { state: seed, operations: Operations::Classic }
     }
 
     /// A number below `limit`.
     pub fn below(&mut self, limit: usize) -> usize {
         // splitmix64: Steele, Lea & Flood 2014, doi:10.1145/2660193.2660195.
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let z = (self.0 ^ self.0 >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        self.state = self.state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let z = (self.state ^ self.state >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
         let z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
         ((z ^ z >> 31) % limit as u64) as usize
     }
@@ -144,19 +162,72 @@ impl Random {
         }
     }
 
+    /// `number`, or an equation about it.
+    fn varying(&mut self, number: String) -> String {
+        if self.operations == Operations::Classic {
+            return number;
+        }
+        let axis = ["x", "y", "z"][self.below(3)];
+        match self.below(12) {
+            0 => format!("{number}+{:.2}*{axis}", self.between(-0.4, 0.4)),
+            1 => format!("{number}+{:.2}*sin({axis})", self.between(-0.4, 0.4)),
+            2 => format!("{number}*(1.2+sin({axis}))"),
+            3 => {
+                let size = 1 + self.below(4);
+                format!("{number}+{axis}*{}", self.equation(size))
+            }
+            _ => number,
+        }
+    }
+
+    fn varying_number(&mut self) -> String {
+        let number = self.number();
+        self.varying(number)
+    }
+
+    fn varying_size(&mut self) -> String {
+        let number = self.positive();
+        self.varying(number)
+    }
+
     fn operation(&mut self) -> String {
-        match self.below(8) {
+        let kinds = if self.operations == Operations::Classic { 8 } else { 11 };
+        match self.below(kinds) {
             0 => "complement".to_owned(),
-            1 => format!("dilate {}", self.number()),
-            2 => format!("erode {}", self.number()),
-            3 => format!("shell {}", self.positive()),
-            4 => format!("translate {}", self.vector(Self::number)),
-            5 => format!("scale {}", self.vector(Self::positive)),
+            1 => format!("dilate {}", self.varying_number()),
+            2 => format!("erode {}", self.varying_number()),
+            3 => format!("shell {}", self.varying_size()),
+            4 => format!("translate {}", self.vector(Self::varying_number)),
+            5 => format!("scale {}", self.vector(Self::varying_size)),
             6 => {
                 let [a, b, c] = [(); 3].map(|()| self.positive());
                 format!("scale {a},-{b},{c}")
             }
-            _ => format!("rotate {} {}", self.number(), self.vector(Self::positive)),
+            8 => format!("thickness {}", self.varying_size()),
+            9 => format!("thickness {} method gradient", self.varying_size()),
+            10 => {
+                let axis = ["x", "y", "z"][self.below(3)];
+                format!("stretch {axis} {}", self.varying_size())
+            }
+            _ => format!("rotate {} {}", self.varying_number(), self.vector(Self::positive)),
+        }
+    }
+
+    fn combination(&mut self) -> String {
+        let sets = ["union", "intersection", "difference"];
+        if self.operations == Operations::Classic {
+            return self.of(&sets).to_owned();
+        }
+        match self.below(8) {
+            0..4 => self.of(&sets).to_owned(),
+            4 => format!("rounded-union {}", self.varying_size()),
+            5 => format!("rounded-intersection {}", self.varying_size()),
+            6 => format!("rounded-difference {}", self.varying_size()),
+            _ => {
+                let ramp = ["weight", "linear", "sigmoid"][self.below(3)];
+                let (weight, width) = (self.varying_number(), self.varying_size());
+                format!("blend {weight} ramp {ramp} width {width} correction {}", self.number())
+            }
         }
     }
 
@@ -168,7 +239,7 @@ impl Random {
         for _ in 0..1 + self.below(9) {
             match self.below(5) {
                 0 if depth >= 2 => {
-                    say(self.of(&["union", "intersection", "difference"]));
+                    say(&self.combination());
                     depth -= 1;
                 }
                 1 | 2 if depth >= 1 => say(&self.operation()),

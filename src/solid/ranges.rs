@@ -1,0 +1,83 @@
+//! Ranges of expressions over a box, perhaps an unbounded one.
+//!
+//! The natural interval extension: every value that the expression takes in the box lies in the
+//! range, which may be several times too wide. Oracles have any value.
+
+use super::Values;
+use crate::expr::enclosure;
+use crate::expr::{Node, NodeId, depends};
+use crate::geom::Aabb;
+use crate::num::Interval;
+use rustc_hash::FxHashMap;
+
+impl Values<'_> {
+    /// The range of `root` in `domain`, for the values of the parameters; takes time in proportion
+    /// to what `root` reaches.
+    ///
+    /// An empty box has the range of the whole space.
+    #[must_use]
+    pub fn range(&self, root: NodeId, domain: &Aabb) -> Interval {
+        let side = |axis: usize| Interval::new(domain.lo[axis], domain.hi[axis]);
+        let mut known: FxHashMap<NodeId, Interval> = FxHashMap::default();
+        for id in depends::reachable(self.graph(), &[root]) {
+            let at = |id: NodeId| known[&id];
+            let range = match self.graph().node(id) {
+                Node::Coordinate(axis) => Interval { nan: false, ..side(axis.index()) },
+                Node::Constant(bits) => Interval::point(f64::from_bits(bits)),
+                Node::Parameter(slot) => {
+                    let value = self.parameters().get(slot.index());
+                    value.map_or(Interval::ANYTHING, |value| Interval::point(*value))
+                }
+                Node::Unary(op, a) => enclosure::unary(op, at(a)),
+                Node::Binary(op, a, b) if a == b && op == crate::expr::Binary::Mul => {
+                    at(a).square()
+                }
+                Node::Binary(op, a, b) => enclosure::binary(op, at(a), at(b)),
+                Node::Pick(extremum, list) => enclosure::pick(extremum, list.map(at)),
+                Node::Oracle(..) => Interval::ANYTHING,
+            };
+            known.insert(id, range);
+        }
+        known[&root]
+    }
+
+    /// The largest magnitude of `root` in `domain`.
+    #[must_use]
+    pub(super) fn magnitude(&self, root: NodeId, domain: &Aabb) -> f64 {
+        let range = self.range(root, domain);
+        range.hi.max(-range.lo)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::expr::Graph;
+    use crate::geom::Aabb;
+    use crate::lang::infix::{self, Coordinates, Scope};
+    use crate::solid::{Span, Values};
+    use glam::DVec3;
+
+    fn check(equation: &str, domain: Aabb, expected: [f64; 2]) {
+        let mut graph = Graph::new();
+        let scope = Scope { coordinates: Coordinates::Known, parameters: &[] };
+        let read = infix::equation(equation, Span::NOWHERE, scope).unwrap();
+        let node = read.expression(&mut graph, &mut |graph, _| graph.constant(0.0));
+        let range = Values::new(&graph, &[]).range(node, &domain);
+        let close = |a: f64, b: f64| a == b || (a - b).abs() < 1e-12;
+        assert!(
+            close(range.lo, expected[0]) && close(range.hi, expected[1]),
+            "{equation}: {range:?}"
+        );
+    }
+
+    #[test]
+    fn ranges_hold_over_boxes_and_over_all_space() {
+        let unit = Aabb::new(DVec3::NEG_ONE, DVec3::ONE);
+        check("0.2+0.1*z", unit, [0.1, 0.3]);
+        check("x*x-y", unit, [-1.0, 2.0]);
+        check("0.2+0.1*z", Aabb::WHOLE, [f64::NEG_INFINITY, f64::INFINITY]);
+        check("clamp(0.2+0.1*z,0.1,0.3)", Aabb::WHOLE, [0.1, 0.3]);
+        check("2+sin(x+y)", Aabb::WHOLE, [1.0, 3.0]);
+        check("1/(1+x*x)", Aabb::WHOLE, [0.0, 1.0]);
+    }
+}
