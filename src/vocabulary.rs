@@ -247,6 +247,19 @@ fn operations() -> Vec<Row> {
             a.stretch(graph, Axis::ALL[given.choice(0).unwrap_or(0)], given.number(1))
         })
         .help("gives cells of length 1 another one along an axis; levels stay", IDENTITY),
+        binary("union", &[], &[], |graph, a, b, _| a.union(graph, b)).help(
+            "what is in either of the last two shapes: min(f, g)",
+            "Cesogen paper, equation 9",
+        ),
+        binary("intersection", &["intersect"], &[], |graph, a, b, _| a.intersection(graph, b))
+            .help(
+                "what is in both of the last two shapes: max(f, g)",
+                "Cesogen paper, equation 10",
+            ),
+        binary("difference", &["subtract"], &[], |graph, a, b, _| a.difference(graph, b)).help(
+            "the shape before the last without the last: max(f, -g)",
+            "Cesogen paper, equation 11",
+        ),
         binary("rounded-union", &["smooth-union"], ROUNDED, |graph, a, b, given| {
             a.rounded_union(graph, b, given.number(0))
         })
@@ -267,19 +280,6 @@ fn operations() -> Vec<Row> {
         .help(
             "passes from the shape before the last to the last as a weight goes from 0 to 1",
             "ASLI, Perez-Boerema et al. 2022",
-        ),
-        binary("union", &[], &[], |graph, a, b, _| a.union(graph, b)).help(
-            "what is in either of the last two shapes: min(f, g)",
-            "Cesogen paper, equation 9",
-        ),
-        binary("intersection", &["intersect"], &[], |graph, a, b, _| a.intersection(graph, b))
-            .help(
-                "what is in both of the last two shapes: max(f, g)",
-                "Cesogen paper, equation 10",
-            ),
-        binary("difference", &["subtract"], &[], |graph, a, b, _| a.difference(graph, b)).help(
-            "the shape before the last without the last: max(f, -g)",
-            "Cesogen paper, equation 11",
         ),
     ]
 }

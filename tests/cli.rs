@@ -207,7 +207,7 @@ fn wrong_parameters_are_explained_and_exit_with_2() {
     refused("pi=3", &["box"], &["`pi`", "constant"]);
     refused("sin=1", &["box"], &["`sin`", "function"]);
     refused("Gyroid=1", &["box"], &["`gyroid`", "word"]);
-    refused("thickness=1", &["box"], &["`thickness`", "argument"]);
+    refused("minor=1", &["box"], &["`minor`", "argument"]);
     refused("t=1,2", &["box"], &["one number"]);
     refused("t=1/0", &["box"], &["finite"]);
     refused("t=x", &["box"], &["`t`", "can't depend on `x`"]);
