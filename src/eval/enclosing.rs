@@ -8,6 +8,7 @@
 //! It also tells which regions a brick needs *near the surface*: in a large union of distances most
 //! of the parts that matter somewhere in a brick matter far from any surface only.
 
+use super::focused::{Focused, NEAR, Nearness};
 use super::interpret::{BoxProgram, BoxWorkspace, Lanes, UniformRanges};
 use super::jit::{RangeLeaves, Ranges};
 use super::levels::Levels;
@@ -27,7 +28,9 @@ const LARGE: usize = 2000;
 pub(super) struct Enclosing {
     program: BoxProgram,
     engine: Engine,
-    /// Bits of an activity that no region has.
+    /// Words of bits that the regions have.
+    words: usize,
+    /// Bits of them that no region has.
     spare: u32,
     /// Boxes enclosed so far, while they are counted.
     boxes: AtomicUsize,
@@ -40,15 +43,6 @@ pub(super) struct EnclosingWorkspace {
     boxes: BoxWorkspace,
     staging: Vec<f64>,
     focus: Focus,
-}
-
-/// How near to zero the expression is looked at.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Nearness {
-    /// Its sign alone.
-    Sign,
-    /// Its values next to the surface.
-    Surface,
 }
 
 /// The activity of a brick near the surface.
@@ -64,11 +58,6 @@ struct Focus {
 /// Regions that make it worth the while to look for fewer: to enclose a brick costs about a
 /// hundredth of sampling it.
 const WORTHWHILE: u32 = 48;
-/// Of the length of a brick's range, the part to both sides of zero that counts as near the
-/// surface. A tight range is at most 28 times as long as the greatest step from node to node, as
-/// the diagonal of the brick is; the values on an edge through the surface are up to a step from
-/// zero.
-const NEAR: f64 = 0.125;
 
 impl Enclosing {
     /// Readies `program` for `engine`: the compiler's is compiled at once when it is first asked.
@@ -84,8 +73,14 @@ impl Enclosing {
         if is_interpreted {
             compiled.get_or_init(|| None);
         }
-        let spare = (bits.next_multiple_of(64) - bits) as u32;
-        Self { program, engine, spare, boxes: AtomicUsize::new(0), compiled }
+        let words = bits.div_ceil(64);
+        let spare = (64 * words - bits) as u32;
+        Self { program, engine, words, spare, boxes: AtomicUsize::new(0), compiled }
+    }
+
+    /// Words of activity that a box carries.
+    pub(super) fn activity_words(&self) -> usize {
+        if Focused::holds(self.words) { Focused::WORDS } else { self.words }
     }
 
     /// Fresh memory for one thread.
@@ -129,14 +124,42 @@ impl Enclosing {
             uniforms.is_finite().then_some(RangeLeaves { tables, uniforms: uniforms.values() })
         };
         let inputs = (uniforms, levels);
+        let mut bits = [0; 8];
+        let rows = if Focused::holds(self.words) {
+            let bits = &mut bits[..boxes.len()];
+            for (bits, row) in bits.iter_mut().zip(activity.chunks_exact(Focused::WORDS)) {
+                *bits = row[0];
+            }
+            bits
+        } else {
+            &mut *activity
+        };
         match self.compiled(boxes.len()).zip(leaves()) {
             Some((compiled, leaves)) => {
                 staging.resize(compiled.staging(), 0.0);
-                self.program.ranges(own, inputs, &lanes, activity, ranges, |at, octets| {
+                self.program.ranges(own, inputs, &lanes, rows, ranges, |at, octets| {
                     compiled.run(at, leaves, octets, staging)
                 });
             }
-            None => self.program.ranges(own, inputs, &lanes, activity, ranges, |_, _| None),
+            None => self.program.ranges(own, inputs, &lanes, rows, ranges, |_, _| None),
+        }
+        if Focused::holds(self.words) {
+            let rows = activity.chunks_exact_mut(Focused::WORDS).zip(bits.into_iter().zip(ranges));
+            for (i, (row, (bits, range))) in rows.enumerate() {
+                let around = Focused::read(row);
+                // Larger boxes are cut, and others hold no surface.
+                let is_brick = boxes[i].level == 0 && !(range.lo >= 0.0 || range.hi < 0.0);
+                let own = if is_brick {
+                    around.within(bits, *range, |bits, limit| {
+                        let mut row = [bits];
+                        self.program.focus(own, (&lanes, i), &mut row, limit);
+                        row[0]
+                    })
+                } else {
+                    around.unfocused(bits)
+                };
+                own.write(row);
+            }
         }
     }
 
@@ -151,9 +174,12 @@ impl Enclosing {
         workspace: &'w mut EnclosingWorkspace,
         inputs: (&UniformRanges, &Levels),
         brick: [u32; 3],
-        activity: &[u64],
+        activity: &'w [u64],
         nearness: Nearness,
     ) -> Option<(&'w [u64], f64)> {
+        if Focused::holds(self.words) {
+            return Focused::near(activity, nearness);
+        }
         let live: u32 = activity.iter().map(|word| word.count_ones()).sum();
         if live < WORTHWHILE + self.spare || activity.iter().all(|word| *word == u64::MAX) {
             return None;
@@ -175,7 +201,7 @@ impl Enclosing {
             };
             if focus.limit > 0.0 && focus.limit.is_finite() {
                 let (lanes, limit) = (Lanes::new(&boxes), focus.limit);
-                self.program.focus(&workspace.boxes, &lanes, &mut focus.row, limit);
+                self.program.focus(&workspace.boxes, (&lanes, 0), &mut focus.row, limit);
             }
             workspace.focus = focus;
         }

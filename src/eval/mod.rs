@@ -7,6 +7,7 @@
 pub mod balance;
 pub mod compared;
 mod enclosing;
+mod focused;
 pub mod interpret;
 pub mod jit;
 pub mod leaves;

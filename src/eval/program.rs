@@ -5,7 +5,8 @@
 //! [`Sampler`], from as many threads as ask, each with a workspace of its own.
 
 use super::balance::balance;
-use super::enclosing::{Enclosing, EnclosingWorkspace, Nearness};
+use super::enclosing::{Enclosing, EnclosingWorkspace};
+use super::focused::Nearness;
 use super::interpret::{BoxProgram, UniformRanges};
 use super::jit::CompileError;
 use super::leaves::Leaves;
@@ -176,7 +177,8 @@ struct Batch {
 impl Batch {
     /// Whether all of `values` can be trusted.
     fn trusts(&self, values: &[f64]) -> bool {
-        self.limit == f64::INFINITY || values.iter().all(|value| value.abs() < self.limit)
+        let trusted = |all: bool, value: &f64| all & (value.abs() < self.limit);
+        self.limit == f64::INFINITY || values.iter().fold(true, trusted)
     }
 }
 
@@ -216,7 +218,7 @@ impl Sampler for Bound {
     }
 
     fn activity_words(&self) -> usize {
-        self.parts.bits.words()
+        self.parts.boxes.activity_words()
     }
 
     fn ranges(

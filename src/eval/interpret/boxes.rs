@@ -216,16 +216,16 @@ impl BoxProgram {
         }
     }
 
-    /// Clears the bits of the regions that do not matter within `limit` of zero in the one box
-    /// that `workspace` was last asked for, `lanes`, whose activity this is: see [`Chains`].
+    /// Clears the bits of the regions that do not matter within `limit` of zero in box `number` of
+    /// those that `workspace` was last asked for, `lanes`, whose activity this is: see [`Chains`].
     pub(in crate::eval) fn focus(
         &self,
         workspace: &BoxWorkspace,
-        lanes: &Lanes<'_>,
+        (lanes, number): (&Lanes<'_>, usize),
         activity: &mut [u64],
         limit: f64,
     ) {
-        let lane = usize::from(lanes.of[0]);
+        let lane = usize::from(lanes.of[number]);
         for run in workspace.runs.iter().rev() {
             for instruction in self.code.instructions[run.clone()].iter().rev() {
                 if let Some(link) = instruction.link {
