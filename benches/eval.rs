@@ -98,7 +98,8 @@ fn edges(criterion: &mut Criterion) {
             bencher.iter(|| {
                 let workspace = &mut workspace;
                 bound.line_begin(workspace, Axis::X, [1, 1, 2], &nodes, &activity).unwrap();
-                bound.line_ends(workspace, alveole::eval::End::Lower, &mut values).unwrap();
+                let lower = alveole::eval::End::Lower;
+                bound.line_ends(workspace, lower, &mut values, &mut slopes).unwrap();
                 for _ in 0..4 {
                     bound.line(workspace, &at, &mut values, &mut slopes).unwrap();
                 }

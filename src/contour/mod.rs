@@ -6,7 +6,7 @@
 //! * The mesh is closed, oriented, edge-manifold and vertex-manifold, and cut flat by the grid's
 //!   outer planes ([`tables`] has the proof).
 //! * No triangle has zero area, in double precision or, where [`Grid::precision`] says so, in single.
-//! * Vertices are roots of the field on grid edges to rounding (`place`), but within
+//! * Vertices are roots of the field on grid edges to rounding (`place`, `roots`), but within
 //!   [`grid::TAU`] of a node with several crossed edges.
 //! * The bytes handed to the sink depend on neither the number of threads nor on what the octree
 //!   settled: sparse equals dense (`numbering`).
@@ -20,6 +20,7 @@ mod faces;
 pub mod grid;
 mod numbering;
 mod place;
+mod roots;
 pub mod sweep;
 pub mod tables;
 

@@ -158,17 +158,15 @@ where
 
     fn line_ends(
         &self,
-        (axis, nodes): &mut Batch,
+        batch: &mut Batch,
         end: End,
         values: &mut [f64],
+        slopes: &mut [f64],
     ) -> Result<(), Failure> {
-        assert_eq!(nodes.len(), values.len());
-        for (node, value) in nodes.iter().zip(values) {
-            let mut node = *node;
-            node[axis.index()] += usize::from(end == End::Upper);
-            *value = (self.field)(self.at(node));
-        }
-        Ok(())
+        let a = batch.0.index();
+        let ahead = usize::from(end == End::Upper);
+        let at: Vec<f64> = batch.1.iter().map(|node| self.tables[a][node[a] + ahead]).collect();
+        self.line(batch, &at, values, slopes)
     }
 
     fn line(

@@ -4,11 +4,11 @@
 //! tables along each axis, made when the program is bound to coordinates and parameter values.
 
 use super::interpret;
-use super::schedule::Schedule;
-use super::tape::Position;
+use super::schedule::{Schedule, line};
+use super::tape::{Op, Position};
 use crate::expr::{Failure, Graph, NodeId};
 use crate::geom::Axis;
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 /// The nodes whose values are made beforehand, numbered.
 #[derive(Clone, Debug, Default)]
@@ -30,6 +30,7 @@ impl Leaves {
             // Values along the line's own axis are computed where no node is.
             leaves.collect(schedule, |p| !schedule.tape().axes(p).contains(axis));
         }
+        leaves.add_coordinates(lines);
         leaves
     }
 
@@ -38,7 +39,21 @@ impl Leaves {
     pub fn of_lines(lines: &[Schedule; 3]) -> Self {
         let mut leaves = Self::default();
         lines.iter().for_each(|schedule| leaves.collect(schedule, |_| true));
+        leaves.add_coordinates(lines);
         leaves
+    }
+
+    /// Adds the coordinates from which values along a line's axis are computed at nodes, where they
+    /// have no tables.
+    fn add_coordinates(&mut self, lines: &[Schedule; 3]) {
+        for schedule in lines {
+            let tape = schedule.tape();
+            let needed = at_nodes(schedule, self);
+            let is_coordinate = |p: &Position| matches!(tape.op(*p), Op::Coordinate(_));
+            for p in tape.positions().filter(|p| is_coordinate(p) && needed[p.index()].is_some()) {
+                self.add(schedule, p, |_| true);
+            }
+        }
     }
 
     /// The leaves of an interval program.
@@ -145,6 +160,56 @@ impl Leaves {
         let lengths = coordinates.each_ref().map(Vec::len);
         Ok(LeafValues { uniforms, tables, lengths })
     }
+}
+
+/// How a line program comes by a value at nodes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AtNodes {
+    /// It is read from a table.
+    Read,
+    /// It is computed.
+    Computed,
+}
+
+/// By operation, what the value of a line program and its derivative along the axis need at nodes,
+/// of what depends on the axis.
+#[must_use]
+pub fn at_nodes(schedule: &Schedule, leaves: &Leaves) -> Vec<Option<AtNodes>> {
+    let tape = schedule.tape();
+    let along: FxHashSet<Position> = schedule.stage(line::ALONG).collect();
+    let core: FxHashSet<Position> = schedule.stage(line::CORE).collect();
+    // One call answers all that is asked of an oracle at a point: all of it is read, or nothing.
+    let call = |p: Position| match tape.op(p) {
+        Op::Oracle(oracle, _, at) => Some((oracle.index(), at)),
+        Op::Coordinate(_)
+        | Op::Constant(_)
+        | Op::Parameter(_)
+        | Op::Unary(..)
+        | Op::Binary(..)
+        | Op::Pick(..) => None,
+    };
+    let has = |p: &Position| leaves.has(tape.node(*p));
+    let made: FxHashSet<_> = along.iter().filter(|p| !has(p)).filter_map(|p| call(*p)).collect();
+    let mut wanted = vec![false; tape.len()];
+    for &p in tape.outputs().iter().take(2) {
+        wanted[p.index()] = true;
+    }
+    let mut needed = vec![None; tape.len()];
+    for p in tape.positions().rev().filter(|p| along.contains(p) || core.contains(p)) {
+        if !wanted[p.index()] {
+            continue;
+        }
+        let is_made = call(p).is_some_and(|call| made.contains(&call));
+        if along.contains(&p) && has(&p) && !is_made {
+            needed[p.index()] = Some(AtNodes::Read);
+            continue;
+        }
+        needed[p.index()] = Some(AtNodes::Computed);
+        for operand in tape.op(p).operands().iter() {
+            wanted[operand.index()] = true;
+        }
+    }
+    needed
 }
 
 /// The values of the leaves of a bound program.

@@ -186,15 +186,16 @@ impl Machine {
         inputs: &Inputs,
         end: End,
         values: &mut [f64],
+        slopes: &mut [f64],
     ) -> Result<(), Failure> {
         match (self, memory, inputs) {
             (Self::Interpreter(own), Memory::Interpreter(memory), Inputs::Interpreter(leaves)) => {
                 let axis = memory.axis.index();
-                own.lines[axis].ends(&mut memory.lines[axis], leaves, end, values)
+                own.lines[axis].ends(&mut memory.lines[axis], leaves, end, [values, slopes])
             }
             (Self::Compiled(compiled), Memory::Compiled(own), Inputs::Compiled(tiles)) => {
                 let (lines, own) = compiled.lines(own);
-                lines.ends(own, tiles, end, values)
+                lines.ends(own, tiles, end, values, slopes)
             }
             _ => panic!("{MISMATCH}"),
         }

@@ -289,13 +289,14 @@ impl Sampler for Bound {
         workspace: &mut Workspace,
         end: End,
         values: &mut [f64],
+        slopes: &mut [f64],
     ) -> Result<(), Failure> {
         let inputs = &self.tables()?.inputs;
         let machine = &self.parts.machine;
-        machine.line_ends(&mut workspace.memory, inputs, end, values)?;
+        machine.line_ends(&mut workspace.memory, inputs, end, values, slopes)?;
         if !workspace.batch.trusts(values) {
             self.widen(workspace)?;
-            machine.line_ends(&mut workspace.memory, inputs, end, values)?;
+            machine.line_ends(&mut workspace.memory, inputs, end, values, slopes)?;
         }
         Ok(())
     }

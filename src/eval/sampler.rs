@@ -4,10 +4,11 @@
 //! samples a side. Numbers of boxes, bricks and nodes below are positions in those tables.
 //!
 //! **Activity.** The sides of every extremum of the expression are *regions* that matter in a box
-//! or not. A box carries one bit per region in [`Sampler::activity_words`] words: set where the
-//! region may matter. [`Sampler::ranges`] clears bits; every other query may skip a region whose
-//! bit is clear and returns the same bits as with all of them set, anywhere in that box: at the
-//! nodes and between them.
+//! or not. A box carries [`Sampler::activity_words`] words: the first have one bit per region, set
+//! where the region may matter, the others what the sampler wants to know besides; all ones say
+//! that everything may matter. [`Sampler::ranges`] clears bits; every other query may skip a region
+//! whose bit is clear and returns the same bits as with all of them set, anywhere in that box: at
+//! the nodes and between them.
 
 pub use crate::expr::Failure;
 use crate::geom::Axis;
@@ -139,7 +140,7 @@ pub trait Sampler: Sync {
         activity: &[u64],
     ) -> Result<(), Failure>;
 
-    /// Values at one end of each edge of the batch.
+    /// Values at one end of each edge of the batch, and derivatives along its axis there.
     ///
     /// # Errors
     /// [`Failure`] of an oracle.
@@ -148,6 +149,7 @@ pub trait Sampler: Sync {
         workspace: &mut Self::Workspace,
         end: End,
         values: &mut [f64],
+        slopes: &mut [f64],
     ) -> Result<(), Failure>;
 
     /// Values and derivatives along the axis of the batch, at coordinate `at[m]` on edge `m`.

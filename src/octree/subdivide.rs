@@ -337,7 +337,13 @@ mod tests {
         ) -> Result<(), Failure> {
             Ok(())
         }
-        fn line_ends(&self, _: &mut (), _: End, _: &mut [f64]) -> Result<(), Failure> {
+        fn line_ends(
+            &self,
+            _: &mut (),
+            _: End,
+            _: &mut [f64],
+            _: &mut [f64],
+        ) -> Result<(), Failure> {
             Ok(())
         }
         fn line(&self, _: &mut (), _: &[f64], _: &mut [f64], _: &mut [f64]) -> Result<(), Failure> {

@@ -8,7 +8,7 @@ use super::brick::select;
 use super::buffers::allocate;
 use super::code::{self, Action, Buffers, Call, Frame, Instruction, Layout, PLANE, READ};
 use super::code::{Shape, Source};
-use crate::eval::leaves::{LeafValues, Leaves};
+use crate::eval::leaves::{AtNodes, LeafValues, Leaves, at_nodes};
 use crate::eval::sampler::{End, place_of};
 use crate::eval::schedule::{Schedule, Step, UNIFORM, line};
 use crate::eval::tape::{Op, Position};
@@ -56,7 +56,6 @@ impl LineProgram {
         axis: Axis,
     ) -> Self {
         let tape = schedule.tape();
-        let value = tape.outputs()[0];
         let computed = |p: Position| !tape.axes(p).is_empty();
         let mut stage = vec![UNIFORM; tape.len()];
         for number in [line::FIXED, line::BATCH, line::ALONG, line::CORE] {
@@ -102,35 +101,17 @@ impl LineProgram {
                 _ => layout.instruction(p, oracles, &mut calls),
             })
             .collect();
-        let mut valued = vec![false; tape.len()];
-        valued[value.index()] = true;
-        for p in tape.positions().rev() {
-            if valued[p.index()] {
-                for &o in tape.op(p).operands().iter() {
-                    valued[o.index()] = true;
-                }
-            }
-        }
-        // A value along the axis is read where the value needs it, directly or through the core.
-        let mut read = vec![false; tape.len()];
-        read[value.index()] = true;
-        for p in tape.positions().filter(|p| valued[p.index()]) {
-            for &o in tape.op(p).operands().iter() {
-                read[o.index()] |= stage[p.index()] == line::CORE;
-            }
-        }
+        let needed = at_nodes(schedule, leaves);
         let at_nodes: Vec<Instruction> = (tape.positions())
-            .map(|p| match stage[p.index()] {
-                line::ALONG if valued[p.index()] && read[p.index()] => gather(p),
-                line::ALONG => READ,
-                _ => between[p.index()],
+            .map(|p| match needed[p.index()] {
+                Some(AtNodes::Read) => gather(p),
+                Some(AtNodes::Computed) | None => between[p.index()],
             })
             .collect();
         let begin = schedule.stage(line::FIXED).filter(|p| wanted[p.index()]);
         let begin = begin.chain(schedule.stage(line::BATCH));
         let inner = || schedule.stage(line::ALONG).chain(schedule.stage(line::CORE));
-        let ends = inner()
-            .filter(|p| valued[p.index()] && (stage[p.index()] == line::CORE || read[p.index()]));
+        let ends = inner().filter(|p| needed[p.index()].is_some());
         let coordinate = tape.positions().find(|&p| tape.op(p) == Op::Coordinate(axis));
         Self {
             axis,
@@ -179,7 +160,7 @@ impl LineProgram {
         code::run(&self.between, begin, &self.calls, &frame, buffers)
     }
 
-    /// Values at one end of each edge of the batch.
+    /// Values at one end of each edge of the batch, and derivatives along its axis.
     ///
     /// # Errors
     /// [`Failure`] of an oracle.
@@ -188,7 +169,7 @@ impl LineProgram {
         workspace: &mut LineWorkspace,
         leaves: &LeafValues,
         end: End,
-        values: &mut [f64],
+        out: [&mut [f64]; 2],
     ) -> Result<(), Failure> {
         let LineWorkspace { buffers, nodes, activity, ends, .. } = workspace;
         let along = &mut nodes[self.axis.index()];
@@ -197,7 +178,9 @@ impl LineProgram {
         }
         let frame = frame(leaves, nodes, activity);
         let answer = code::run(&self.at_nodes, ends, &self.calls, &frame, buffers);
-        frame.view(self.outputs[0], Shape::Plane, buffers).copy_to(values);
+        for (source, out) in self.outputs.iter().zip(out) {
+            frame.view(*source, Shape::Plane, buffers).copy_to(out);
+        }
         if end == End::Upper {
             nodes[self.axis.index()].iter_mut().for_each(|node| *node -= 1);
         }

@@ -4,12 +4,11 @@ use super::CompileError;
 use super::call::{Arguments, Code};
 use super::calls::{Call, Staging};
 use super::flow::{Flow, Item};
-use super::tiles::{self, Nodes, Tiles};
 use crate::eval::regions::is_set;
 use crate::eval::tape::Position;
-use crate::expr::Failure;
-use crate::geom::Axis;
+use crate::expr::{Failure, Oracle};
 use std::ops::Range;
+use std::sync::Arc;
 
 /// A step of a program.
 #[derive(Clone, Debug)]
@@ -18,8 +17,6 @@ pub(super) enum Action {
     Code(usize),
     /// Call precompiled code.
     Call(Call),
-    /// Gather numbers from tables.
-    Gather(Vec<Gather>),
     /// Go on at action `to` if bit `bit` is clear, after filling buffers.
     Skip { bit: u32, to: usize, fills: Vec<Fill> },
 }
@@ -30,16 +27,6 @@ pub(super) struct Fill {
     pub(super) first: usize,
     pub(super) len: usize,
     pub(super) value: f64,
-}
-
-/// Numbers of a table at the nodes of a batch of edges.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Gather {
-    pub(super) axis: Axis,
-    /// The table's number.
-    pub(super) table: usize,
-    /// Where the numbers go in the scratch memory.
-    pub(super) first: usize,
 }
 
 /// A function of more operations than this is divided: the time to compile one grows faster than
@@ -53,9 +40,6 @@ pub(super) trait Emit {
 
     /// The call for an item.
     fn call(&self, ops: &[Position]) -> Call;
-
-    /// The gathers for an item.
-    fn gather(&self, ops: &[Position]) -> Vec<Gather>;
 
     /// The buffer of an operation that is skipped.
     fn fill(&self, loser: (Position, f64)) -> Option<Fill>;
@@ -99,11 +83,6 @@ pub(super) fn actions(
                 at = next;
                 begin = at;
             }
-            Item::Gather(ops) => {
-                actions.push(Action::Gather(emit.gather(ops)));
-                at = next;
-                begin = at;
-            }
             Item::Enter { bit, losers, .. } => {
                 let fills = losers.iter().filter_map(|loser| emit.fill(*loser)).collect();
                 open.push((next, actions.len()));
@@ -125,9 +104,8 @@ pub(super) struct Run<'a> {
     pub(super) staging: &'a mut Staging,
     /// Lanes that calls are for.
     pub(super) lanes: usize,
-    /// What calls and gathers read.
-    pub(super) tiles: &'a Tiles,
-    pub(super) nodes: Option<&'a Nodes>,
+    /// What calls ask.
+    pub(super) oracles: &'a [Arc<dyn Oracle>],
 }
 
 impl Run<'_> {
@@ -145,13 +123,7 @@ impl Run<'_> {
                 Action::Code(number) => self.code.call(*number, arguments, steps.clone()),
                 Action::Call(call) => {
                     let plane = steps.start;
-                    call.run(arguments, self.staging, &self.tiles.oracles, plane, self.lanes)?;
-                }
-                Action::Gather(gathers) => {
-                    if let Some(nodes) = self.nodes {
-                        let (tiles, scratch) = (self.tiles, &mut *arguments.scratch);
-                        gather(nodes, tiles, gathers, self.lanes, scratch);
-                    }
+                    call.run(arguments, self.staging, self.oracles, plane, self.lanes)?;
                 }
                 Action::Skip { bit, to, fills } => {
                     if !is_set(arguments.activity, *bit) {
@@ -165,30 +137,4 @@ impl Run<'_> {
         }
         Ok(())
     }
-}
-
-/// Runs `gathers` for `lanes` lanes, as many at a time as share an axis.
-fn gather(nodes: &Nodes, tiles: &Tiles, gathers: &[Gather], lanes: usize, scratch: &mut [f64]) {
-    for same in gathers.chunk_by(|a, b| a.axis == b.axis) {
-        let (fours, rest) = same.as_chunks::<4>();
-        fours.iter().for_each(|four| gather_together(nodes, tiles, four, lanes, scratch));
-        let (pairs, rest) = rest.as_chunks::<2>();
-        pairs.iter().for_each(|pair| gather_together(nodes, tiles, pair, lanes, scratch));
-        rest.iter().for_each(|one| gather_together(nodes, tiles, &[*one], lanes, scratch));
-    }
-}
-
-/// Runs gathers that share an axis.
-fn gather_together<const N: usize>(
-    nodes: &Nodes,
-    bound: &Tiles,
-    gathers: &[Gather; N],
-    lanes: usize,
-    scratch: &mut [f64],
-) {
-    // Buffers are as long as the longest batch, a multiple of the block.
-    let lanes = lanes.next_multiple_of(tiles::BLOCK);
-    let buffers = gathers.map(|gather| gather.first..gather.first + lanes);
-    let out = scratch.get_disjoint_mut(buffers).expect("values have buffers of their own");
-    nodes.gather(bound, gathers[0].axis, gathers.map(|gather| gather.table), out);
 }

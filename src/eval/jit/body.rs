@@ -32,6 +32,13 @@ pub(super) struct Pointer {
     extent: usize,
 }
 
+/// The place of a lane's node in its brick, in bytes of a row.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Place(Value);
+
+/// Places are at most so great, whatever is read: a row is then read no further than this.
+const LAST_PLACE: usize = 31;
+
 /// An alternative under construction.
 #[derive(Debug)]
 pub(super) struct Branch {
@@ -164,6 +171,32 @@ impl<'a> Body<'a> {
         self.reach.extend(pointer.base, pointer.extent + bytes + PAIR);
         let flags = MemFlagsData::new().with_notrap();
         self.builder.ins().load(F64X2, flags, pointer.address, immediate(bytes))
+    }
+
+    /// The places of two lanes, `offset` places beyond `pointer`.
+    pub(super) fn places(&mut self, pointer: Pointer, offset: usize) -> [Place; 2] {
+        const PLACE: usize = size_of::<u16>();
+        let bytes = offset * PLACE;
+        self.reach.extend(pointer.base, pointer.extent + bytes + 2 * PLACE);
+        [bytes, bytes + PLACE].map(|bytes| {
+            let flags = MemFlagsData::trusted().with_readonly();
+            let place = self.builder.ins().uload16(I64, flags, pointer.address, immediate(bytes));
+            let place = self.builder.ins().band_imm_u(place, LAST_PLACE as i64);
+            Place(self.builder.ins().ishl_imm_u(place, i64::from(NUMBER.trailing_zeros())))
+        })
+    }
+
+    /// The numbers at `places` of the row that is `offset` numbers beyond `pointer`.
+    pub(super) fn pick(&mut self, pointer: Pointer, places: [Place; 2], offset: usize) -> Value {
+        let bytes = offset * NUMBER;
+        self.reach.extend(pointer.base, pointer.extent + bytes + (LAST_PLACE + 1) * NUMBER);
+        let [first, second] = places.map(|Place(place)| {
+            let flags = MemFlagsData::trusted().with_readonly();
+            let address = self.builder.ins().iadd(pointer.address, place);
+            self.builder.ins().load(F64, flags, address, immediate(bytes))
+        });
+        let lanes = self.builder.ins().scalar_to_vector(F64X2, first);
+        self.builder.ins().insertlane(lanes, second, 1)
     }
 
     /// The number `offset` numbers beyond `pointer`, in both lanes.

@@ -5,7 +5,7 @@
 //! results of the last loop are packed into signs in registers. Where the whole expression is an
 //! extremum of which a brick needs one side only, that side's last loop packs the signs.
 
-use super::action::{Action, Emit, Fill, Gather, Run, actions};
+use super::action::{Action, Emit, Fill, Run, actions};
 use super::assembly::Assembly;
 use super::body::{Body, Index};
 use super::call::{Arguments, Code};
@@ -14,6 +14,7 @@ use super::flow::{self, Flow, Item, Kind};
 use super::layout::{self, Home, Users};
 use super::ops::Signs;
 use super::segment::{Access, LANES, Lanes};
+use super::tiles::STRIDE;
 use super::volume::{self, SAMPLES, Volume};
 use super::window::{VECTORS, Window, across, is_edge};
 use super::{CompileError, check_size};
@@ -76,7 +77,7 @@ impl Brick {
         arguments: &mut Arguments<'_>,
     ) -> Result<(), Failure> {
         for volume in &self.volumes {
-            volume.run(arguments, run.staging, &run.tiles.oracles)?;
+            volume.run(arguments, run.staging, run.oracles)?;
         }
         run.actions(&self.across, arguments, 0..1)?;
         run.actions(&self.edges, arguments, 0..BRICK)?;
@@ -264,9 +265,11 @@ impl<'a> Plan<'a> {
             Home::Register => unreachable!("an operand of a call has a home"),
             Home::Constant(value) => Source::Constant(value),
             Home::Uniform(number) => Source::Uniform(number),
-            Home::Table(axis, number) => {
-                Source::Table { axis, first: number * ROW, per_plane: of_plane && axis == Axis::Z }
-            }
+            Home::Table(axis, number) => Source::Table {
+                axis,
+                first: number * STRIDE,
+                per_plane: of_plane && axis == Axis::Z,
+            },
             Home::Buffer(first) if of_plane && is_edge => Source::Scratch { first, plane: ROW },
             Home::Buffer(first) => Source::Scratch { first, plane: 0 },
             Home::Volume(first) => Source::Scratch { first, plane: PLANE },
@@ -494,9 +497,7 @@ impl<'a> Plan<'a> {
                 {
                     (before, &segment.ops[..])
                 }
-                Item::Segment(_) | Item::Enter { .. } | Item::Call(_) | Item::Gather(_) => {
-                    (list, &[][..])
-                }
+                Item::Segment(_) | Item::Enter { .. } | Item::Call(_) => (list, &[][..]),
             },
             None => (list, &[][..]),
         };
@@ -624,10 +625,6 @@ impl Emit for Part<'_, '_> {
         let call = Call::new(tape, ops, PLANE, |p| self.plan.operand(p, rate), result);
         // Partial derivatives are used, whatever becomes of the value.
         call.beside(if ops.len() == 1 { self.plan.levels(ops[0]) } else { None })
-    }
-
-    fn gather(&self, _: &[Position]) -> Vec<Gather> {
-        Vec::new()
     }
 
     fn fill(&self, (p, value): (Position, f64)) -> Option<Fill> {

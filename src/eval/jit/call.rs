@@ -28,11 +28,13 @@ pub(super) enum Base {
     Signs,
     /// Values.
     Values,
+    /// Places of the nodes of edges in their brick, by axis and lane.
+    Places,
 }
 
 impl Base {
     /// Number of pointers in the frame.
-    pub(super) const COUNT: usize = 8;
+    pub(super) const COUNT: usize = 9;
 
     /// Position of the pointer in the frame.
     pub(super) const fn slot(self) -> usize {
@@ -43,6 +45,7 @@ impl Base {
             Self::Scratch => 5,
             Self::Signs => 6,
             Self::Values => 7,
+            Self::Places => 8,
         }
     }
 }
@@ -90,6 +93,7 @@ pub(super) struct Arguments<'a> {
     pub(super) scratch: &'a mut [f64],
     pub(super) signs: &'a mut [u16],
     pub(super) values: &'a mut [f64],
+    pub(super) places: &'a [u16],
 }
 
 /// A function of a [`Code`].
@@ -155,7 +159,7 @@ impl Code {
     #[inline]
     pub(super) fn call(&self, number: usize, arguments: &mut Arguments<'_>, steps: Range<usize>) {
         let Entry { address, reach } = &self.entries[number];
-        let Arguments { tables, uniforms, activity, scratch, signs, values } = arguments;
+        let Arguments { tables, uniforms, activity, scratch, signs, values, places } = arguments;
         let room = [
             size_of_val(tables[0]),
             size_of_val(tables[1]),
@@ -165,6 +169,7 @@ impl Code {
             size_of_val(*scratch),
             size_of_val(*signs),
             size_of_val(*values),
+            size_of_val(*places),
         ];
         assert!(
             steps.start < steps.end
@@ -182,6 +187,7 @@ impl Code {
                 scratch.as_mut_ptr().cast(),
                 signs.as_mut_ptr().cast(),
                 values.as_mut_ptr().cast(),
+                places.as_ptr().cast_mut().cast(),
             ],
             begin: steps.start as u64,
             end: steps.end as u64,

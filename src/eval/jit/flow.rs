@@ -16,8 +16,6 @@ pub(super) enum Item {
     Segment(Segment),
     /// Operations that one call of precompiled code answers.
     Call(Vec<Position>),
-    /// Values that are gathered from tables.
-    Gather(Vec<Position>),
     /// Go on at item `end` if activity bit `bit` is clear, the values in `losers` standing in for
     /// what is skipped.
     Enter {
@@ -35,7 +33,7 @@ impl Item {
     pub(super) fn ops(&self) -> &[Position] {
         match self {
             Self::Segment(segment) => &segment.ops,
-            Self::Call(ops) | Self::Gather(ops) => ops,
+            Self::Call(ops) => ops,
             Self::Enter { .. } => &[],
         }
     }
@@ -57,8 +55,6 @@ pub(super) enum Kind {
     Loop(AxisSet),
     /// By a call.
     Call,
-    /// From a table.
-    Gather,
 }
 
 /// The operations of a stage in order.
@@ -107,51 +103,59 @@ impl Flow {
         let mut floor = 0;
         // Regions still open, by item and last step.
         let mut open: Vec<(usize, usize)> = Vec::new();
+        // What is run whatever regions are dead, up to the next region that may be skipped.
+        let mut run: Vec<Position> = Vec::new();
+        let flush = |run: &mut Vec<Position>,
+                     items: &mut Vec<Item>,
+                     open: &[(usize, usize)],
+                     floor: usize| {
+            // Lesser rates never depend on greater ones.
+            run.sort_by_key(|p| tape.axes(*p).len().max(2));
+            for p in run.drain(..) {
+                let both_called = |q: &&Position| [p, **q].map(&kind) == [Kind::Call; 2];
+                let partner = partners.get(&p).filter(both_called).copied();
+                // A partner has been appended together with the first of the two.
+                if partner.is_some_and(|q| q < p) {
+                    continue;
+                }
+                append(items, floor, tape, p, kind(p));
+                if let (Some(q), Some(Item::Call(ops))) = (partner, items.last_mut()) {
+                    ops.push(q);
+                }
+                for p in [Some(p), partner].into_iter().flatten() {
+                    let Some((region, loser)) = losers.get(&p) else { continue };
+                    let bit = regions.bit(*region);
+                    let holder = open.iter().rev().map(|(item, _)| *item).find(|item| {
+                        matches!(&items[*item], Item::Enter { bit: b, .. } if Some(*b) == bit)
+                    });
+                    if let Some(Item::Enter { losers, .. }) = holder.map(|item| &mut items[item]) {
+                        losers.push((p, *loser));
+                    }
+                }
+            }
+        };
         for (at, step) in steps.iter().enumerate() {
-            // What follows a region is not appended to the region's last item.
-            if close(&mut items, &mut open, at) {
+            if open.last().is_some_and(|(_, last)| *last <= at) {
+                flush(&mut run, &mut items, &open, floor);
+                close(&mut items, &mut open, at);
+                // What follows a region is not appended to the region's last item.
                 floor = items.len();
             }
             match step {
                 Step::Enter { bit, .. } if always.contains(bit) => {}
                 Step::Enter { bit, end } => {
+                    flush(&mut run, &mut items, &open, floor);
                     open.push((items.len(), *end));
                     items.push(Item::Enter { bit: *bit, end: 0, losers: Vec::new() });
                 }
-                Step::Run(range) => {
-                    let mut run: Vec<Position> = range.clone().map(Position::new).collect();
-                    // Lesser rates never depend on greater ones.
-                    run.sort_by_key(|p| tape.axes(*p).len().max(2));
-                    for p in run {
-                        // A partner has been appended together with the first of the two.
-                        let partner = match partners.get(&p) {
-                            Some(&q) if q < p && kind(q) == Kind::Call => continue,
-                            partner => partner.copied().filter(|_| kind(p) == Kind::Call),
-                        };
-                        append(&mut items, floor, tape, p, kind(p));
-                        if let (Some(q), Some(Item::Call(ops))) = (partner, items.last_mut()) {
-                            ops.push(q);
-                        }
-                        for p in [Some(p), partner].into_iter().flatten() {
-                            let Some((region, loser)) = losers.get(&p) else { continue };
-                            let bit = regions.bit(*region);
-                            let holder = open.iter().rev().map(|(item, _)| *item).find(|item| {
-                                matches!(&items[*item], Item::Enter { bit: b, .. } if Some(*b) == bit)
-                            });
-                            if let Some(Item::Enter { losers, .. }) =
-                                holder.map(|item| &mut items[item])
-                            {
-                                losers.push((p, *loser));
-                            }
-                        }
-                    }
-                }
+                Step::Run(range) => run.extend(range.clone().map(Position::new)),
             }
         }
+        flush(&mut run, &mut items, &open, floor);
         close(&mut items, &mut open, steps.len());
         let (mut calls, mut ops) = (vec![0], vec![0]);
         for (i, item) in items.iter().enumerate() {
-            calls.push(calls[i] + usize::from(matches!(item, Item::Call(_) | Item::Gather(_))));
+            calls.push(calls[i] + usize::from(matches!(item, Item::Call(_))));
             ops.push(ops[i] + item.ops().len());
         }
         Self { items, calls, ops }
@@ -171,22 +175,19 @@ impl Flow {
     pub(super) fn after(&self, item: usize) -> usize {
         match &self.items[item] {
             Item::Enter { end, .. } => *end,
-            Item::Segment(_) | Item::Call(_) | Item::Gather(_) => item + 1,
+            Item::Segment(_) | Item::Call(_) => item + 1,
         }
     }
 }
 
-/// Ends the regions whose last step is before `at`; true if there was one.
-fn close(items: &mut [Item], open: &mut Vec<(usize, usize)>, at: usize) -> bool {
+/// Ends the regions whose last step is before `at`.
+fn close(items: &mut [Item], open: &mut Vec<(usize, usize)>, at: usize) {
     let len = items.len();
-    let mut any = false;
     while let Some((item, _)) = open.pop_if(|(_, last)| *last <= at) {
-        any = true;
         if let Item::Enter { end, .. } = &mut items[item] {
             *end = len;
         }
     }
-    any
 }
 
 /// Appends an operation, to the last item if that is not before `floor` and can hold it.
@@ -196,10 +197,8 @@ fn append(items: &mut Vec<Item>, floor: usize, tape: &Tape, p: Position, kind: K
             segment.ops.push(p);
         }
         (Some(Item::Call(ops)), Kind::Call) if is_joint(tape, ops[0], p) => ops.push(p),
-        (Some(Item::Gather(ops)), Kind::Gather) => ops.push(p),
         (_, Kind::Loop(rate)) => items.push(Item::Segment(Segment { rate, ops: vec![p] })),
         (_, Kind::Call) => items.push(Item::Call(vec![p])),
-        (_, Kind::Gather) => items.push(Item::Gather(vec![p])),
     }
 }
 
@@ -235,7 +234,7 @@ pub(super) fn walk(
             Item::Enter { bit, end, losers } => {
                 open.push(Open { end: *end, branch: body.if_live(*bit), losers });
             }
-            Item::Call(_) | Item::Gather(_) => {}
+            Item::Call(_) => {}
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Where the values of a program are kept.
 
-use super::flow::{Flow, Item, is_call};
+use super::flow::{Flow, is_call};
 use crate::eval::leaves::Leaves;
 use crate::eval::schedule::Schedule;
 use crate::eval::tape::{Op, Position, Tape};
@@ -110,14 +110,13 @@ pub(super) fn kept(tape: &Tape, users: &Users, flows: &[&Flow], wanted: &[Positi
     let of = |p: Position| item_of[p.index()];
     let mut kept = Vec::new();
     for (item, content) in items() {
-        let is_gathered = matches!(content, Item::Gather(_));
         for &position in content.ops() {
             let is_wanted = wanted.contains(&position);
             let users_here = users.of(position).iter().map(|user| of(*user));
             let last = users_here.filter(|&user| user != usize::MAX).max();
             let last = if is_wanted { usize::MAX } else { last.unwrap_or(item) };
             let leaves = users.of(position).iter().any(|user| of(*user) != item);
-            if is_wanted || leaves || is_gathered || is_call(tape.op(position)) {
+            if is_wanted || leaves || is_call(tape.op(position)) {
                 kept.push(Kept { position, item, last });
             }
         }

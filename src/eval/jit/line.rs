@@ -5,7 +5,7 @@
 //! ends of the edges and computed in between, by the same operations. Everything is a loop over
 //! up to 256 lanes.
 
-use super::action::{Action, Emit, Fill, Gather, Run, actions};
+use super::action::{Action, Emit, Fill, Run, actions};
 use super::assembly::Assembly;
 use super::body::{Body, Index, Pointer};
 use super::call::{Arguments, Base, Code};
@@ -14,8 +14,8 @@ use super::flow::{self, Flow, Kind, Segment};
 use super::layout::{self, Home, Users};
 use super::rival::{self, Rival};
 use super::segment::{Access, LANES, Lanes};
-use super::{CompileError, check_size};
-use crate::eval::leaves::Leaves;
+use super::{CompileError, check_size, tiles};
+use crate::eval::leaves::{AtNodes, Leaves, at_nodes};
 use crate::eval::schedule::{Schedule, line};
 use crate::eval::tape::{Op, Position};
 use crate::expr::{AxisSet, Failure};
@@ -23,10 +23,8 @@ use crate::geom::Axis;
 use rustc_hash::{FxHashMap, FxHashSet};
 use std::ops::Range;
 
-/// Vectors that a loop computes in a round.
-const VECTORS: usize = 1;
-/// Lanes of a round.
-const ROUND: usize = VECTORS * LANES;
+/// Lanes of a round of a loop: one vector.
+const ROUND: usize = LANES;
 /// Regions that cost at most so many additions are run in any case: a test is a loop of its own.
 const CHEAP: usize = 16;
 /// Rounds in a full batch.
@@ -44,8 +42,8 @@ pub(super) struct Line {
     between: Vec<Action>,
     /// Where the coordinates along the axis go.
     coordinate: Option<usize>,
-    /// Where the value is at the ends.
-    end_value: Home,
+    /// Where the value and its derivative along the axis are at the ends.
+    end_outputs: [Home; 2],
     /// Where the value, its derivative along the axis and the other outputs are between the ends.
     outputs: Vec<Home>,
     /// Numbers of scratch memory.
@@ -65,11 +63,12 @@ impl Line {
         check_size(plan.scratch)?;
         let Plan { begin, ends, between, .. } = &plan;
         let homes = &plan.homes;
-        let mut part = Part { plan: &plan, assembly: &mut assembly, flow: begin, homes };
+        let mut part =
+            Part { plan: &plan, assembly: &mut assembly, flow: begin, homes, at_nodes: false };
         let begin = actions(begin, &mut part, false)?;
-        let mut part = Part { flow: ends, homes: &plan.end_homes, ..part };
+        let mut part = Part { flow: ends, homes: &plan.end_homes, at_nodes: true, ..part };
         let ends = actions(ends, &mut part, false)?;
-        let mut part = Part { flow: between, homes, ..part };
+        let mut part = Part { flow: between, homes, at_nodes: false, ..part };
         let between = actions(between, &mut part, false)?;
         let tape = schedule.tape();
         let home = |p: Position| plan.homes[p.index()];
@@ -80,7 +79,7 @@ impl Line {
             ends,
             between,
             coordinate: coordinate.map(home).and_then(Home::buffer),
-            end_value: plan.end_homes[tape.outputs()[0].index()],
+            end_outputs: [0, 1].map(|k| plan.end_homes[tape.outputs()[k].index()]),
             outputs: tape.outputs().iter().map(|p| home(*p)).collect(),
             scratch: plan.scratch,
         })
@@ -95,15 +94,17 @@ impl Line {
         run.actions(&self.begin, arguments, rounds(run.lanes))
     }
 
-    /// Values at the nodes that the run looks at.
+    /// The value and its derivative along the axis at the nodes that the run looks at.
     pub(super) fn ends(
         &self,
         run: &mut Run<'_>,
         arguments: &mut Arguments<'_>,
-        values: &mut [f64],
+        out: [&mut [f64]; 2],
     ) -> Result<(), Failure> {
         run.actions(&self.ends, arguments, rounds(run.lanes))?;
-        read(self.end_value, arguments, values);
+        for (home, out) in self.end_outputs.into_iter().zip(out) {
+            read(home, arguments, out);
+        }
         Ok(())
     }
 
@@ -156,6 +157,9 @@ struct Plan<'a> {
     ends: Flow,
     between: Flow,
     rivals: FxHashMap<Position, Rival<Position, Position>>,
+    /// What is read from tables, by position: in every flow, and in that at the ends.
+    read: Vec<bool>,
+    read_at_nodes: Vec<bool>,
     scratch: usize,
 }
 
@@ -169,26 +173,22 @@ impl<'a> Plan<'a> {
         let fixed = schedule.stage(line::FIXED).filter(|&p| {
             is_output(p) || users.of(p).iter().any(|user| tape.axes(*user) != tape.axes(p))
         });
-        let kind = |p: Position| match tape.axes(p) {
-            axes if axes.len() == 1 && !axes.contains(axis) => Kind::Gather,
-            _ if flow::is_call(tape.op(p)) => Kind::Call,
-            _ => Kind::Loop(AxisSet::ALL),
+        let is_fixed = |p: Position| tape.axes(p).len() == 1 && !tape.axes(p).contains(axis);
+        let kind = |p: Position| {
+            let calls = flow::is_call(tape.op(p)) && !is_fixed(p);
+            if calls { Kind::Call } else { Kind::Loop(AxisSet::ALL) }
         };
         let begin = Flow::new(schedule, fixed.chain(schedule.stage(line::BATCH)), kind, &always);
         let along = schedule.stage(line::ALONG);
         let along = along.filter(|p| !matches!(tape.op(*p), Op::Coordinate(_)));
         let between = Flow::new(schedule, along.chain(schedule.stage(line::CORE)), kind, &always);
-        let valued = valued(schedule);
-        let core: FxHashSet<Position> =
-            schedule.stage(line::CORE).filter(|p| valued[p.index()]).collect();
-        let read = schedule.stage(line::ALONG).filter(|&p| {
-            p == tape.outputs()[0] || users.of(p).iter().any(|user| core.contains(user))
-        });
-        let read: Vec<Position> = read.filter(|p| valued[p.index()]).collect();
-        let valued_core = schedule.stage(line::CORE).filter(|p| core.contains(p));
-        let at_nodes = |p| if tape.axes(p).len() == 1 { Kind::Gather } else { kind(p) };
-        let ends = read.iter().copied().chain(valued_core);
-        let ends = Flow::new(schedule, ends, at_nodes, &always);
+        let needed = at_nodes(schedule, leaves);
+        let ends = tape.positions().filter(|p| needed[p.index()].is_some());
+        let kind_at_nodes = |p: Position| match needed[p.index()] {
+            Some(AtNodes::Read) => Kind::Loop(AxisSet::ALL),
+            Some(AtNodes::Computed) | None => kind(p),
+        };
+        let ends = Flow::new(schedule, ends, kind_at_nodes, &always);
         let mut plan = Self {
             schedule,
             leaves,
@@ -199,6 +199,8 @@ impl<'a> Plan<'a> {
             ends,
             between,
             rivals: rival::rivals(schedule),
+            read: tape.positions().map(is_fixed).collect(),
+            read_at_nodes: needed.iter().map(|how| *how == Some(AtNodes::Read)).collect(),
             scratch: 0,
         };
         plan.house();
@@ -223,7 +225,7 @@ impl<'a> Plan<'a> {
             kept.into_iter().partition(|k| k.item < first)
         };
         let (lasting, passing) = kept(&self.between, tape.outputs());
-        let (_, passing_at_ends) = kept(&self.ends, &tape.outputs()[..1]);
+        let (_, passing_at_ends) = kept(&self.ends, &tape.outputs()[..2]);
         let mut end = layout::place(&lasting, &mut self.homes, 0, STRIDE, false, &no_heirs);
         self.end_homes.clone_from(&self.homes);
         for p in tape.positions() {
@@ -250,7 +252,7 @@ impl<'a> Plan<'a> {
     }
 
     /// Emits a loop over the lanes.
-    fn segment(&self, body: &mut Body<'_>, segment: &Segment, homes: &[Home]) {
+    fn segment(&self, body: &mut Body<'_>, segment: &Segment, (homes, at_nodes): (&[Home], bool)) {
         let tape = self.schedule.tape();
         let own: FxHashSet<Position> = segment.ops.iter().copied().collect();
         let mut stored = segment.ops.clone();
@@ -259,16 +261,30 @@ impl<'a> Plan<'a> {
             let is_kept = homes[p.index()].buffer().is_some();
             is_kept && (is_used || tape.outputs().contains(p))
         });
-        self.rounds(body, |body, scratch, uniforms| {
-            let access = |p| Self::access(homes, scratch, uniforms, p);
-            let mut lanes = Lanes::new(body, tape, &segment.ops, None, &access);
-            for vector in 0..VECTORS {
-                lanes.compute(body, vector, &access);
-                for &p in &stored {
-                    let value = lanes.value(body, p, vector, &access);
-                    if let Access::Lanes(pointer, first) = access(p) {
-                        body.store(value, pointer, first + vector * LANES);
-                    }
+        let is_read = |p: Position| {
+            own.contains(&p) && (self.read[p.index()] || at_nodes && self.read_at_nodes[p.index()])
+        };
+        let (reads, ops): (Vec<_>, Vec<_>) = segment.ops.iter().copied().partition(|p| is_read(*p));
+        let tables = Axis::ALL.map(|axis| body.base(Base::Table(axis)));
+        let places = body.base(Base::Places);
+        self.rounds(body, |body, round, scratch, uniforms| {
+            let places = body.advance(places, round, ROUND * size_of::<u16>());
+            let picked: FxHashMap<Position, Access> = (reads.iter())
+                .filter_map(|p| {
+                    let axis = tape.axes(*p).iter().next()?;
+                    let table = self.leaves.number(tape.node(*p)) as usize;
+                    let lanes = body.places(places, axis.index() * PLANE);
+                    Some((*p, Access::Picked(tables[axis.index()], lanes, table * tiles::STRIDE)))
+                })
+                .collect();
+            let home = |p| Self::access(homes, scratch, uniforms, p);
+            let access = |p| picked.get(&p).copied().unwrap_or_else(|| home(p));
+            let mut lanes = Lanes::new(body, tape, &ops, None, &access);
+            lanes.compute(body, 0, &access);
+            for &p in &stored {
+                let value = lanes.value(body, p, 0, &access);
+                if let Access::Lanes(pointer, first) = home(p) {
+                    body.store(value, pointer, first);
                 }
             }
         });
@@ -278,31 +294,20 @@ impl<'a> Plan<'a> {
     fn fill(&self, body: &mut Body<'_>, p: Position, value: f64, homes: &[Home]) {
         let Some(first) = homes[p.index()].buffer() else { return };
         let lanes = super::ops::constant(&mut body.builder, value);
-        self.rounds(body, |body, scratch, _| {
-            (0..VECTORS).for_each(|v| body.store(lanes, scratch, first + v * LANES));
-        });
+        self.rounds(body, |body, _, scratch, _| body.store(lanes, scratch, first));
     }
 
-    fn rounds(&self, body: &mut Body<'_>, inside: impl FnOnce(&mut Body<'_>, Pointer, Pointer)) {
+    fn rounds(
+        &self,
+        body: &mut Body<'_>,
+        inside: impl FnOnce(&mut Body<'_>, Index, Pointer, Pointer),
+    ) {
         let (scratch, uniforms) = (body.base(Base::Scratch), body.base(Base::Uniforms));
         body.steps(|body, round: Index| {
             let scratch = body.advance(scratch, round, ROUND * size_of::<f64>());
-            inside(body, scratch, uniforms);
+            inside(body, round, scratch, uniforms);
         });
     }
-}
-
-/// By operation: whether the value needs it.
-fn valued(schedule: &Schedule) -> Vec<bool> {
-    let tape = schedule.tape();
-    let mut valued = vec![false; tape.len()];
-    valued[tape.outputs()[0].index()] = true;
-    for p in tape.positions().rev() {
-        if valued[p.index()] {
-            tape.op(p).operands().iter().for_each(|o| valued[o.index()] = true);
-        }
-    }
-    valued
 }
 
 /// The generation of one of the flows.
@@ -311,17 +316,19 @@ struct Part<'a, 'b> {
     assembly: &'b mut Assembly,
     flow: &'b Flow,
     homes: &'b [Home],
+    at_nodes: bool,
 }
 
 impl Emit for Part<'_, '_> {
     fn code(&mut self, items: Range<usize>, _: bool) -> Result<usize, CompileError> {
-        let Self { plan, assembly, flow, homes } = self;
+        let Self { plan, assembly, flow, homes, at_nodes } = self;
+        let place = (&**homes, *at_nodes);
         assembly.define(ROUNDS, |body| {
             flow::walk(
                 body,
                 flow,
                 items,
-                &mut |body, segment| plan.segment(body, segment, homes),
+                &mut |body, segment| plan.segment(body, segment, place),
                 &mut |body, p, value| plan.fill(body, p, value, homes),
             );
         })
@@ -347,17 +354,6 @@ impl Emit for Part<'_, '_> {
         let rival = ops.iter().find_map(|p| self.plan.rivals.get(p));
         let call = Call::new(tape, ops, PLANE, operand, |p| home(p).buffer().unwrap_or_default());
         call.against(rival.map(|rival| rival.with(operand)))
-    }
-
-    fn gather(&self, ops: &[Position]) -> Vec<Gather> {
-        let tape = self.plan.schedule.tape();
-        let gather = |p: &Position| {
-            let axis = tape.axes(*p).iter().next()?;
-            let first = self.homes[p.index()].buffer()?;
-            let table = self.plan.leaves.number(tape.node(*p)) as usize;
-            Some(Gather { axis, table, first })
-        };
-        ops.iter().filter_map(gather).collect()
     }
 
     fn fill(&self, (p, value): (Position, f64)) -> Option<Fill> {

@@ -84,10 +84,11 @@ impl Lines {
         tiles: &Tiles,
         end: End,
         values: &mut [f64],
+        slopes: &mut [f64],
     ) -> Result<(), Failure> {
         workspace.nodes.look(workspace.axis, end);
         self.run(workspace, tiles, values.len(), |line, run, arguments| {
-            line.ends(run, arguments, values)
+            line.ends(run, arguments, [values, slopes])
         })
     }
 
@@ -122,9 +123,11 @@ impl Lines {
             uniforms: &tiles.uniforms,
             activity,
             scratch: &mut scratch[axis.index()],
+            tables: nodes.tables(tiles),
+            places: nodes.places.as_flattened(),
             ..Arguments::default()
         };
-        let mut run = Run { code: &line.code, staging, tiles, lanes, nodes: Some(nodes) };
+        let mut run = Run { code: &line.code, staging, lanes, oracles: &tiles.oracles };
         part(line, &mut run, &mut arguments)
     }
 }

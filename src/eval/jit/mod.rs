@@ -140,9 +140,10 @@ impl Compiled {
             activity,
             scratch,
             signs,
-            values: &mut [],
+            ..Arguments::default()
         };
-        let mut run = Run { code: &self.signs.code, staging, tiles, lanes: PLANE, nodes: None };
+        let mut run =
+            Run { code: &self.signs.code, staging, lanes: PLANE, oracles: &tiles.oracles };
         self.signs.run(&mut run, &mut arguments)
     }
 
@@ -173,10 +174,10 @@ impl Compiled {
             uniforms: &tiles.uniforms,
             activity,
             scratch,
-            signs: &mut [],
             values,
+            ..Arguments::default()
         };
-        let mut run = Run { code: &program.code, staging, tiles, lanes: PLANE, nodes: None };
+        let mut run = Run { code: &program.code, staging, lanes: PLANE, oracles: &tiles.oracles };
         program.run(&mut run, &mut arguments)
     }
 

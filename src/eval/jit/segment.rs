@@ -1,6 +1,6 @@
 //! The inside of the loops: a segment's operations on two lanes.
 
-use super::body::{Body, Pointer};
+use super::body::{Body, Place, Pointer};
 use super::ops;
 use crate::eval::tape::{Op, Position, Tape};
 use cranelift_codegen::ir::Value;
@@ -15,6 +15,8 @@ pub(super) enum Access {
     Splat(Pointer, usize),
     /// Numbers that follow the lanes, the first so many beyond the pointer.
     Lanes(Pointer, usize),
+    /// Numbers at the places of the lanes in a row, so many beyond the pointer; of one vector.
+    Picked(Pointer, [Place; 2], usize),
 }
 
 /// A vector holds this many lanes.
@@ -109,5 +111,6 @@ fn fetch(body: &mut Body<'_>, place: Access, vector: usize) -> Value {
         Access::Constant(value) => ops::constant(&mut body.builder, value),
         Access::Splat(pointer, offset) => body.splat(pointer, offset),
         Access::Lanes(pointer, offset) => body.load(pointer, offset + LANES * vector),
+        Access::Picked(pointer, places, offset) => body.pick(pointer, places, offset),
     }
 }

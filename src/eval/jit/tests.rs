@@ -30,8 +30,9 @@ fn answers(bound: &Bound, nodes: &[u16], at: &[f64]) -> Vec<u64> {
             let mut slopes = values.clone();
             bound.line_begin(&mut memory, axis, [0; 3], nodes, &activity).unwrap();
             for end in [End::Upper, End::Lower] {
-                bound.line_ends(&mut memory, end, &mut values).unwrap();
+                bound.line_ends(&mut memory, end, &mut values, &mut slopes).unwrap();
                 add(&values);
+                add(&slopes);
             }
             bound.line(&mut memory, at, &mut values, &mut slopes).unwrap();
             add(&values);

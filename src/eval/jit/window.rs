@@ -2,13 +2,15 @@
 //!
 //! What depends on two axes is computed once a brick, the rest plane by plane. Values on x and
 //! another axis lie in rows of sixteen along x, values on y and z in rows along y: a row for every
-//! number along y, or along z if they depend on that and one other axis. Tables hold sixteen numbers for every brick along their axis.
+//! number along y, or along z if they depend on that and one other axis. Tables hold a
+//! row of numbers for every brick along their axis.
 
 use super::body::{Body, Index, Pointer};
 use super::call::Base;
 use super::calls::{PLANE, ROW};
 use super::layout::Home;
 use super::segment::{Access, LANES};
+use super::tiles::STRIDE;
 use crate::expr::AxisSet;
 use crate::geom::Axis;
 
@@ -112,9 +114,9 @@ impl Window {
                 let along = if along_x { Axis::X } else { Axis::Y };
                 let table = self.tables[axis.index()];
                 if axis == along {
-                    Access::Lanes(table, number * ROW)
+                    Access::Lanes(table, number * STRIDE)
                 } else {
-                    Access::Splat(table, number * ROW)
+                    Access::Splat(table, number * STRIDE)
                 }
             }
             Home::Buffer(first) => {

@@ -511,7 +511,9 @@ pub(crate) fn failures(engine: Engine) {
         assert_eq!(failure.unwrap_err().oracle, "ball");
         assert!(bound.signs(&mut workspace, [0; 3], &[], &mut [0; 256]).is_err());
         let begun = bound.line_begin(&mut workspace, Axis::X, [0; 3], &[0, 1], &[]);
-        let ends = begun.and_then(|()| bound.line_ends(&mut workspace, End::Lower, &mut [0.0; 2]));
+        let ends = begun.and_then(|()| {
+            bound.line_ends(&mut workspace, End::Lower, &mut [0.0; 2], &mut [0.0; 2])
+        });
         assert!(ends.is_err());
     }
 }

@@ -293,18 +293,20 @@ fn check_lines(
     }
     let at_upper = value_at(&upper);
     let (in_between, slopes_between) = (value_at(&between), slope_at(&between));
-    let slopes_lower = slope_at(&lower);
+    let (slopes_lower, slopes_upper) = (slope_at(&lower), slope_at(&upper));
     let (mut values, mut slopes) = (vec![0.0; count], vec![0.0; count]);
     let name = format!("{} along {axis:?}", case.name);
     for activity in activities {
         bound.line_begin(workspace, axis, brick, &nodes, activity).unwrap();
-        bound.line_ends(workspace, End::Upper, &mut values).unwrap();
+        bound.line_ends(workspace, End::Upper, &mut values, &mut slopes).unwrap();
         assert_same(&name, "upper end", &values, &at_upper);
+        assert_same(&name, "slope at the upper end", &slopes, &slopes_upper);
         bound.line(workspace, &between[a], &mut values, &mut slopes).unwrap();
         assert_same(&name, "value", &values, &in_between);
         assert_same(&name, "slope", &slopes, &slopes_between);
-        bound.line_ends(workspace, End::Lower, &mut values).unwrap();
+        bound.line_ends(workspace, End::Lower, &mut values, &mut slopes).unwrap();
         assert_same(&name, "lower end", &values, &at_lower);
+        assert_same(&name, "slope at the lower end", &slopes, &slopes_lower);
         bound.line(workspace, &lower[a], &mut values, &mut slopes).unwrap();
         assert_same(&name, "value at node", &values, &at_lower);
         assert_same(&name, "slope at node", &slopes, &slopes_lower);
