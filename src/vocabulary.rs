@@ -7,6 +7,7 @@
 //! Offsets (`dilate`, `erode`, `shell`) are in units of the field. What a field is, [`Exactness`]
 //! says: only for distances is an offset a length.
 
+use crate::cellular::fill::{Filling, Trim, fill};
 use crate::cellular::tpms;
 use crate::expr::Graph;
 use crate::geom::Axis;
@@ -243,6 +244,8 @@ fn operations() -> Vec<Row> {
             a.wall(graph, given.number(0), Method::ALL[given.choice(1).unwrap_or(0)])
         })
         .help("a wall of that true thickness about the surface", "Hartmann 1999"),
+        unary("density", &[], DENSITY, |graph, a, given| a.density(graph, given.number(0)))
+            .help("the level at which it fills that share of the part it is put in", IDENTITY),
         unary("stretch", &[], STRETCH, |graph, a, given| {
             a.stretch(graph, Axis::ALL[given.choice(0).unwrap_or(0)], given.number(1))
         })
@@ -272,6 +275,18 @@ fn operations() -> Vec<Row> {
             a.rounded_difference(graph, b, given.number(0))
         })
         .help("the shape before the last without the last, edges rounded", "hg_sdf, Mercury"),
+        binary("fill", &[], FILL, |graph, part, lattice, given| {
+            let number = |index: usize| given.optional(index).map(|[value, ..]| value);
+            let filling = Filling {
+                size: given.optional(0),
+                density: number(1),
+                thickness: number(2),
+                skin: number(3),
+                trim: Trim::ALL[given.choice(4).unwrap_or(0)],
+            };
+            fill(graph, part, lattice, filling)
+        })
+        .help("the shape before the last filled with the last, and its skin", IDENTITY),
         binary("blend", &[], BLEND, |graph, a, b, given| {
             let ramp = Ramp::ALL[given.choice(1).unwrap_or(0)];
             let weight = ramp.weight(graph, given.number(0), given.number(2));
@@ -364,12 +379,36 @@ const THICKNESS: &[Argument] = &[
     number("thickness", Domain::NotNegative, Presence::Required, "full thickness, a length"),
     choice("method", Method::NAMES, Presence::Default("exact"), "Newton's method, or first order"),
 ];
+const DENSITY: &[Argument] = &[number(
+    "fraction",
+    Domain::ProperFraction,
+    Presence::Required,
+    "share of the part's volume, between 0 and 1",
+)];
 const STRETCH: &[Argument] = &[
     choice("along", &["x", "y", "z"], Presence::Required, "the axis"),
     number("size", Domain::Positive, Presence::Required, "length of a cell at the point"),
 ];
 const ROUNDED: &[Argument] =
     &[number("radius", Domain::Positive, Presence::Required, "radius of the fillets")];
+const FILL: &[Argument] = &[
+    Argument {
+        name: "size",
+        shape: Shape::Factor,
+        domain: Domain::Positive,
+        presence: Presence::Optional,
+        meaning: "length of a cell of length 1, along all axes or along each",
+    },
+    number(
+        "density",
+        Domain::ProperFraction,
+        Presence::Optional,
+        "share of the part inside the skin, between 0 and 1",
+    ),
+    number("thickness", Domain::NotNegative, Presence::Optional, "thickness of walls, a length"),
+    number("skin", Domain::NotNegative, Presence::Optional, "thickness of the skin, a length"),
+    choice("trim", Trim::NAMES, Presence::Default("part"), "cut cells, or keep whole ones only"),
+];
 const BLEND: &[Argument] = &[
     number("weight", Domain::Any, Presence::Required, "weight of the last shape, or what gives it"),
     choice(

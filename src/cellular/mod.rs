@@ -1,3 +1,4 @@
-//! Cellular solids: the catalogue of triply periodic surfaces.
+//! Cellular solids: the catalogue of triply periodic surfaces, and parts filled with lattices.
 
+pub mod fill;
 pub mod tpms;

@@ -65,6 +65,7 @@ fn gradient_table(found: &Gradient) -> String {
             table.number(&format!("  by {parameter}"), rows(derivatives)[i]);
         }
     }
+    table.densities(&report.densities);
     table.text("grid cells", &report.cells.map(|n| n.to_string()).join(" x "));
     table.render()
 }
@@ -94,6 +95,7 @@ fn field_table(found: &FieldMeasures) -> String {
         table.estimate("envelope volume", *volume);
         table.estimate("relative density (of the envelope)", *envelope_density);
     }
+    table.densities(&report.densities);
     table.text("grid cells", &report.cells.map(|n| n.to_string()).join(" x "));
     table.render()
 }
@@ -110,6 +112,7 @@ fn table(measures: &Measures) -> String {
     }
     table.measures(mesh);
     table.check(check);
+    table.densities(&report.densities);
     table.text("grid cells", &report.cells.map(|n| n.to_string()).join(" x "));
     table.render()
 }

@@ -133,7 +133,10 @@ pub(super) fn trouble(name: &str, trouble: &Trouble) -> ExitCode {
                 explain(name, &diagnostic.message, diagnostic, &rejected.sources);
             }
         }
-        Trouble::Job(job::Error::Bounds { diagnostic, sources }) => {
+        Trouble::Job(
+            job::Error::Bounds { diagnostic, sources }
+            | job::Error::Density { diagnostic, sources },
+        ) => {
             explain(name, &numbered(diagnostic, sources), diagnostic, sources);
         }
         Trouble::Value { .. }
@@ -166,6 +169,7 @@ fn code(trouble: &Trouble) -> u8 {
             }
             job::Error::Grid(_) => 2,
             job::Error::Bounds { .. }
+            | job::Error::Density { .. }
             | job::Error::Compile(_)
             | job::Error::Contour(_)
             | job::Error::Empty { .. } => 1,

@@ -1,5 +1,6 @@
 //! Tables of named quantities for people.
 
+use crate::job::Density;
 use crate::measure::Estimate;
 use crate::mesh::check::Check;
 use crate::mesh::measure::Measures;
@@ -70,6 +71,16 @@ impl Table {
             let Some(example) = defect.examples.first() else { continue };
             let [x, y, z] = example.position;
             self.text("defect", &format!("{} {name}, the first at ({x}, {y}, {z})", defect.count));
+        }
+    }
+
+    /// Adds the densities that levels were solved for.
+    pub(super) fn densities(&mut self, densities: &[Density]) {
+        for Density { asked, found, error, level } in densities {
+            self.text(
+                &format!("density {}", significant(*asked)),
+                &format!("{found:.5} ± {error:.0e} at level {}", significant(*level)),
+            );
         }
     }
 

@@ -47,6 +47,9 @@ impl OracleId {
     }
 }
 
+/// How the names of unknowns begin; no text can say it.
+const UNKNOWN: &str = "unknown ";
+
 /// A set of expressions that share their common parts.
 #[derive(Clone, Debug, Default)]
 pub struct Graph {
@@ -134,6 +137,20 @@ impl Graph {
             self.parameters.len() - 1
         });
         self.intern(Node::Parameter(ParameterId(slot as u32)))
+    }
+
+    /// A new parameter that no text names: an unknown that is to be solved for. Its value is NaN.
+    pub fn unknown(&mut self) -> ParameterId {
+        let slot = self.parameters.len();
+        self.parameters.push((format!("{UNKNOWN}{slot}"), f64::NAN));
+        ParameterId(slot as u32)
+    }
+
+    /// The parameters that are not [unknowns](Self::unknown), if those came after all others.
+    #[must_use]
+    pub fn named_parameters(&self) -> &[(String, f64)] {
+        let named = self.parameters.iter().take_while(|(name, _)| !name.starts_with(UNKNOWN));
+        &self.parameters[..named.count()]
     }
 
     /// Names and present values of the parameters, by slot.

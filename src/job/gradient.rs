@@ -5,6 +5,7 @@
 //! settings give does not, nor does a spacing that they give.
 
 use super::kept::{Envelope, Kept, KeptRates};
+use super::level_rates::LevelRates;
 use super::{Error, Job, Report, Settings, Spacing};
 use crate::contour::{self, Grid};
 use crate::eval::Bound;
@@ -107,16 +108,27 @@ impl Job {
     /// Any [`Error`] but [`Error::Program`].
     pub fn gradient(&self, settings: &Settings, progress: &Progress) -> Result<Gradient, Error> {
         let grid = self.grid(settings)?;
-        let motions = self.motions(settings)?;
-        let field = self.field_with_rates(&grid);
-        let (found, report) = field.gradient(&motions, settings, progress)?;
+        let (values, densities) = self.solved(&grid, settings, progress)?;
+        let Directions { slots, motions, levels } =
+            self.directions(&grid, &values, settings, progress)?;
+        let field = self.field_with_rates(&grid, values.clone());
+        let (mut found, mut report) = field.gradient(&slots, &motions, settings, progress)?;
+        report.densities = densities;
+        levels.carry(&mut found.by, |rate, level, factor| {
+            rate.volume += level.volume * factor;
+            rate.area += level.area * factor;
+        });
         let own = BoxVolume::new(&grid, &motions);
-        let kept = self.envelope.envelope(&self.graph, &self.operands, &self.values());
+        let kept = self.envelope.envelope(&self.graph, &self.operands, &values);
         let envelope = match &kept {
             None => None,
             Some(kept) => {
                 let field = envelope_with_rates(field, kept);
-                Some(field.gradient(&motions, settings, progress)?.0)
+                let mut whole = field.gradient(&slots, &motions, settings, progress)?.0;
+                levels.carry(&mut whole.by, |rate, level, factor| {
+                    rate.volume += level.volume * factor;
+                });
+                Some(whole)
             }
         };
         let volume = found.totals.volume;
@@ -162,9 +174,16 @@ impl Job {
         progress: &Progress,
     ) -> Result<FieldMeasures, Error> {
         let grid = self.grid(settings)?;
-        let motions = self.motions(settings)?;
-        let field = self.field_with_rates(&grid);
-        let (found, report) = field.quadrature(&motions, settings, progress)?;
+        let (values, densities) = self.solved(&grid, settings, progress)?;
+        let Directions { slots, motions, levels } =
+            self.directions(&grid, &values, settings, progress)?;
+        let field = self.field_with_rates(&grid, values.clone());
+        let (mut found, mut report) = field.quadrature(&slots, &motions, settings, progress)?;
+        report.densities = densities;
+        levels.carry(&mut found.volume_by, |rate, level, factor| {
+            rate.value += level.value * factor;
+            rate.error += level.error * factor.abs();
+        });
         let own = BoxVolume::new(&grid, &motions);
         let over = |part: Estimate, whole: Estimate| {
             let value = part.value / whole.value;
@@ -172,12 +191,12 @@ impl Job {
         };
         let box_volume = Estimate { value: own.volume, error: 0.0 };
         let relative_density = over(found.volume, box_volume);
-        let kept = self.envelope.envelope(&self.graph, &self.operands, &self.values());
+        let kept = self.envelope.envelope(&self.graph, &self.operands, &values);
         let envelope_volume = match &kept {
             None => None,
             Some(kept) => {
                 let field = envelope_with_rates(field, kept);
-                Some(field.quadrature(&[], settings, progress)?.0.volume)
+                Some(field.quadrature(&[], &[], settings, progress)?.0.volume)
             }
         };
         let by = (self.parameters().iter().zip(&found.volume_by).zip(&own.rates))
@@ -205,9 +224,27 @@ impl Job {
         })
     }
 
-    fn field_with_rates<'a>(&'a self, grid: &'a Grid) -> Field<'a> {
+    fn field_with_rates<'a>(&'a self, grid: &'a Grid, values: Vec<f64>) -> Field<'a> {
         let Self { graph, solid, program, rates, .. } = self;
-        Field { job: self, graph, field: solid.field, program, rates, grid }
+        Field { job: self, graph, field: solid.field, program, rates, grid, values }
+    }
+
+    /// The directions in which derivatives are taken.
+    fn directions(
+        &self,
+        grid: &Grid,
+        values: &[f64],
+        settings: &Settings,
+        progress: &Progress,
+    ) -> Result<Directions, Error> {
+        let mut motions = self.motions(settings)?;
+        let named = self.parameters().iter();
+        let mut slots: Vec<_> = named.filter_map(|(name, _)| self.graph.slot(name)).collect();
+        slots.extend(self.solid.fractions.iter().map(|fraction| fraction.level));
+        motions.resize(slots.len(), GridMotion::default());
+        let field = self.field_with_rates(grid, values.to_vec());
+        let levels = LevelRates::new(&field, &slots, &motions, settings, progress)?;
+        Ok(Directions { slots, motions, levels })
     }
 
     /// How each parameter moves the grid.
@@ -234,6 +271,14 @@ impl Job {
         };
         Ok(names.filter_map(|(name, _)| self.graph.slot(name)).map(motion).collect())
     }
+}
+
+/// The directions in which derivatives are taken: the named parameters, then unknown levels.
+struct Directions {
+    slots: Vec<ParameterId>,
+    /// How each moves the grid.
+    motions: Vec<GridMotion>,
+    levels: LevelRates,
 }
 
 /// The volume of a grid's box and its derivatives.
@@ -263,47 +308,52 @@ fn envelope_with_rates<'a>(field: Field<'a>, envelope: &'a Envelope) -> Field<'a
 }
 
 /// A field of a job on a grid, with what was kept of it.
-#[derive(Clone, Copy)]
-struct Field<'a> {
-    job: &'a Job,
-    graph: &'a Graph,
-    field: NodeId,
-    program: &'a Kept,
-    rates: &'a KeptRates,
-    grid: &'a Grid,
+#[derive(Clone)]
+pub(super) struct Field<'a> {
+    pub(super) job: &'a Job,
+    pub(super) graph: &'a Graph,
+    pub(super) field: NodeId,
+    pub(super) program: &'a Kept,
+    pub(super) rates: &'a KeptRates,
+    pub(super) grid: &'a Grid,
+    /// The values of all parameters.
+    pub(super) values: Vec<f64>,
 }
 
 impl Field<'_> {
-    /// The mesh's totals with their derivatives by all parameters, which have `motions`.
+    /// The mesh's totals with their derivatives by the parameters `slots`, which have `motions`.
     fn gradient(
         &self,
+        slots: &[ParameterId],
         motions: &[GridMotion],
         settings: &Settings,
         progress: &Progress,
     ) -> Result<(measure::Gradient, Report), Error> {
         let still = motions.iter().all(GridMotion::is_still);
         let across = if still { Across::Nothing } else { Across::Both };
-        self.with_rates(motions.len(), across, settings, |bound, rates, chosen| {
+        self.with_rates(slots, across, settings, |bound, rates, chosen| {
             measure::gradient(bound, rates, motions, self.grid, chosen, progress)
         })
     }
 
-    /// The solid's totals; the derivatives of its volume by the parameters that have `motions`.
-    fn quadrature(
+    /// The solid's totals; the derivatives of its volume by the parameters `slots`, which have
+    /// `motions`.
+    pub(super) fn quadrature(
         &self,
+        slots: &[ParameterId],
         motions: &[GridMotion],
         settings: &Settings,
         progress: &Progress,
     ) -> Result<(measure::FieldMeasures, Report), Error> {
-        self.with_rates(motions.len(), Across::Both, settings, |bound, rates, chosen| {
+        self.with_rates(slots, Across::Both, settings, |bound, rates, chosen| {
             quadrature::quadrature(bound, rates, motions, self.grid, chosen, progress)
         })
     }
 
-    /// Readies the program and its derivatives by the first `count` parameters, and runs `work`.
+    /// Readies the program and its derivatives by the parameters `slots`, and runs `work`.
     fn with_rates<R>(
         &self,
-        count: usize,
+        slots: &[ParameterId],
         across: Across,
         settings: &Settings,
         work: impl FnOnce(
@@ -313,14 +363,12 @@ impl Field<'_> {
         ) -> Result<(R, contour::Report), contour::Error>,
     ) -> Result<(R, Report), Error> {
         let start = Instant::now();
-        let slots = self.job.parameters().iter().take(count);
-        let slots: Vec<ParameterId> = slots.filter_map(|(name, _)| self.graph.slot(name)).collect();
         let program = self.program.program(self.graph, self.field, settings.engine, self.grid)?;
-        let rates = self.rates.rates(&program, &slots, across, settings.engine)?;
+        let rates = self.rates.rates(&program, slots, across, settings.engine)?;
         let compiling = start.elapsed();
-        let (tables, values) = (self.grid.tables(), self.job.values());
-        let rates = rates.bind(&tables, &values);
-        let bound = program.bind(tables, &values);
+        let tables = self.grid.tables();
+        let rates = rates.bind(&tables, &self.values);
+        let bound = program.bind(tables, &self.values);
         let binding = start.elapsed() - compiling;
         let chosen = contour::Settings { pruning: settings.pruning };
         let (found, contour) = work(&bound, &rates, &chosen)?;

@@ -47,11 +47,14 @@ impl Kept {
 
 /// The derivatives of one field by all parameters, made when they are first asked for.
 #[derive(Debug, Default)]
-pub(super) struct KeptRates(Mutex<Vec<(Engine, Across, usize, Rates)>>);
+pub(super) struct KeptRates(Mutex<Vec<(Asked, Rates)>>);
+
+/// What derivatives were asked for.
+type Asked = (Engine, Across, Vec<ParameterId>);
 
 impl KeptRates {
     /// The derivatives of `program`, which must be that of the same field at every call, by
-    /// `parameters`, of which only the number may differ.
+    /// `parameters`.
     pub(super) fn rates(
         &self,
         program: &Program,
@@ -61,13 +64,13 @@ impl KeptRates {
     ) -> Result<Rates, ProgramError> {
         // Not locked while compiling; see `Kept`.
         let kept = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let asked = (engine, across, parameters.len());
-        let known = kept().iter().find(|(e, a, n, _)| (*e, *a, *n) == asked).cloned();
-        if let Some((_, _, _, rates)) = known {
+        let asked: Asked = (engine, across, parameters.to_vec());
+        let known = kept().iter().find(|(known, _)| *known == asked).cloned();
+        if let Some((_, rates)) = known {
             return Ok(rates);
         }
         let rates = Rates::new(program, parameters, across, engine)?;
-        kept().push((engine, across, parameters.len(), rates.clone()));
+        kept().push((asked, rates.clone()));
         Ok(rates)
     }
 }

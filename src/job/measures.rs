@@ -75,8 +75,10 @@ impl Job {
     /// Any [`Error`] but [`Error::Program`].
     pub fn totals(&self, settings: &Settings, progress: &Progress) -> Result<Totals, Error> {
         let grid = self.grid(settings)?;
+        let (values, densities) = self.solved(&grid, settings, progress)?;
         let mut sink = Collect::reusing(self.spare.take());
-        let report = self.field_on(&grid).contour(settings, progress, &mut sink)?;
+        let mut report = self.field_on(&grid, values).contour(settings, progress, &mut sink)?;
+        report.densities = densities;
         let mesh = sink.into_mesh();
         let (volume, area) = measure::volume_and_area(&mesh);
         self.spare.keep(mesh);
@@ -90,7 +92,7 @@ impl Job {
         settings: &Settings,
         progress: &Progress,
     ) -> Result<Option<f64>, Error> {
-        let values = self.values();
+        let (values, _) = self.solved(grid, settings, progress)?;
         let found = self.envelope.envelope(&self.graph, &self.operands, &values);
         let Some(envelope) = found else { return Ok(None) };
         let measure = || {

@@ -35,11 +35,14 @@
 
 mod gradient;
 mod kept;
+mod level_rates;
+mod levels;
 pub mod loader;
 mod measures;
 mod report;
 
 pub use gradient::{By, FieldMeasures, FieldSlopes, Gradient, Quantities};
+pub use levels::Density;
 pub use loader::{Access, Files, MeshNote};
 pub use measures::{Measures, Totals};
 pub use report::Report;
@@ -54,10 +57,11 @@ use crate::mesh::sink::Collect;
 use crate::mesh::{Mesh, Sink};
 use crate::num::Progress;
 use crate::octree::Pruning;
-use crate::solid::Solid;
+use crate::solid::{Solid, Span};
 use crate::vocabulary;
 use glam::DVec3;
 use kept::{Kept, KeptEnvelope, KeptRates, Spare};
+use levels::KeptLevels;
 use std::time::{Duration, Instant};
 
 /// A parsed program.
@@ -77,6 +81,7 @@ pub struct Job {
     program: Kept,
     rates: KeptRates,
     envelope: KeptEnvelope,
+    levels: KeptLevels,
     spare: Spare,
 }
 
@@ -126,6 +131,14 @@ pub enum Error {
         /// The program text.
         sources: Box<Sources>,
     },
+    /// A density that the program asks for can't be had.
+    #[error("{}", diagnostic.message)]
+    Density {
+        /// Which it is, and why not.
+        diagnostic: Box<Diagnostic>,
+        /// The program text.
+        sources: Box<Sources>,
+    },
     /// Box and spacing make no grid.
     #[error(transparent)]
     Grid(#[from] GridError),
@@ -145,6 +158,14 @@ pub enum Error {
         /// Cells of the grid along each axis.
         cells: [usize; 3],
     },
+}
+
+impl Error {
+    /// The error of a density, at `span` of the text, that can't be had.
+    fn density(message: String, span: Span, sources: &Sources) -> Self {
+        let diagnostic = Box::new(Diagnostic::new(message).at(span, ""));
+        Self::Density { diagnostic, sources: Box::new(sources.clone()) }
+    }
 }
 
 impl Job {
@@ -208,6 +229,7 @@ impl Job {
             program: Kept::default(),
             rates: KeptRates::default(),
             envelope: KeptEnvelope::default(),
+            levels: KeptLevels::default(),
             spare: Spare::default(),
         })
     }
@@ -215,7 +237,7 @@ impl Job {
     /// The parameters, names with present values, in the order in which they were given.
     #[must_use]
     pub fn parameters(&self) -> &[(String, f64)] {
-        self.graph.parameters()
+        self.graph.named_parameters()
     }
 
     /// The names of the parameters that the program text does not use.
@@ -330,7 +352,7 @@ impl Job {
     /// Any [`Error`] but [`Error::Program`].
     pub fn mesh(&self, settings: &Settings) -> Result<Mesh, Error> {
         let mut sink = Collect::default();
-        self.field_on(&self.grid(settings)?).contour(settings, &Progress::new(), &mut sink)?;
+        self.contour(&self.grid(settings)?, settings, &Progress::new(), &mut sink)?;
         Ok(sink.into_mesh())
     }
 
@@ -345,15 +367,17 @@ impl Job {
         progress: &Progress,
         sink: &mut dyn Sink,
     ) -> Result<Report, Error> {
-        let field = self.field_on(grid);
+        let (values, densities) = self.solved(grid, settings, progress)?;
+        let field = self.field_on(grid, values.clone());
         if self.solid.walls.is_empty() {
-            return field.contour(settings, progress, sink);
+            let report = field.contour(settings, progress, sink)?;
+            return Ok(Report { densities, ..report });
         }
         let mut sample = Sample::new(sink);
         let mut report = field.contour(settings, progress, &mut sample)?;
+        report.densities = densities;
         let positions = sample.into_positions();
         let mut graph = self.graph.clone();
-        let values = self.values();
         let spacing = longest_edge(grid);
         report.walls = (self.solid.walls.iter())
             .filter_map(|wall| {
@@ -365,13 +389,13 @@ impl Job {
     }
 
     /// The field of the solid on `grid`.
-    fn field_on<'a>(&'a self, grid: &'a Grid) -> FieldOn<'a> {
+    fn field_on<'a>(&'a self, grid: &'a Grid, values: Vec<f64>) -> FieldOn<'a> {
         let Self { graph, solid, program, parsing, .. } = self;
-        let (field, values) = (solid.field, self.values());
+        let field = solid.field;
         FieldOn { graph, field, program, values, grid, parsing: *parsing }
     }
 
-    /// The present values of the parameters, by slot.
+    /// The present values of the parameters, by slot; NaN for unknown levels.
     fn values(&self) -> Vec<f64> {
         self.graph.parameters().iter().map(|(_, value)| *value).collect()
     }

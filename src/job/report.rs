@@ -1,5 +1,6 @@
 //! What a contouring did: counts, timings, warnings.
 
+use super::Density;
 use crate::contour::{self, Grid};
 use crate::geom::Axis;
 use crate::measure::walls::Walls;
@@ -23,6 +24,8 @@ pub struct Report {
     pub bind_seconds: f64,
     /// Thickness of the thinnest walls that shells made, if there are any.
     pub walls: Option<Walls>,
+    /// The densities that levels were solved for.
+    pub densities: Vec<Density>,
 }
 
 impl Report {
@@ -44,6 +47,7 @@ impl Report {
             compile_seconds: compile.as_secs_f64(),
             bind_seconds: bind.as_secs_f64(),
             walls: None,
+            densities: Vec::new(),
         }
     }
 }

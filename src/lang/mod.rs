@@ -69,7 +69,7 @@ impl Program {
     #[must_use]
     pub fn unused_parameters(&self) -> Vec<&str> {
         let used = parameters::used(&self.items);
-        let names = self.graph.parameters().iter().map(|(name, _)| name.as_str());
+        let names = self.graph.named_parameters().iter().map(|(name, _)| name.as_str());
         names.filter(|name| !used.contains(name)).collect()
     }
 }

@@ -108,6 +108,8 @@ pub enum Domain {
     Positive,
     /// From 0 to 1.
     Fraction,
+    /// Above 0 and below 1.
+    ProperFraction,
     /// Each component differs from zero.
     EachNonzero,
     /// Some component differs from zero.
@@ -124,6 +126,7 @@ impl Domain {
             Self::NotNegative => (all(|c| c >= 0.0), "must not be negative"),
             Self::Positive => (all(|c| c > 0.0), "must be positive"),
             Self::Fraction => (all(|c| (0.0..=1.0).contains(&c)), "must be from 0 to 1"),
+            Self::ProperFraction => (all(|c| c > 0.0 && c < 1.0), "must lie between 0 and 1"),
             Self::EachNonzero => (all(|c| c != 0.0), "must not be zero"),
             Self::SomeNonzero => (!all(|c| c == 0.0), "must not be the zero vector"),
         };

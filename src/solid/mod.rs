@@ -9,6 +9,7 @@
 //! Source: the operations are equations 2 to 11 of the Cesogen paper; names follow it.
 
 pub mod blends;
+pub mod density;
 pub mod extent;
 pub mod motions;
 pub mod offsets;
@@ -23,6 +24,7 @@ pub mod values;
 pub mod walls;
 mod warps;
 
+pub use density::Fraction;
 pub use extent::{BoundsFault, Extent};
 pub use span::Span;
 pub use values::Values;
@@ -38,6 +40,8 @@ pub struct Solid {
     pub field: NodeId,
     /// The walls that [`shell`](Solid::shell) made, as they now lie.
     pub walls: Vec<Wall>,
+    /// What the unknown levels in it have to bring about.
+    pub fractions: Vec<Fraction>,
     steps: Vec<Step>,
 }
 
@@ -88,11 +92,13 @@ impl Solid {
         self.steps.iter_mut().rev().take_while(unplaced).for_each(|step| step.span = span);
         let walls = self.walls.iter_mut().rev();
         walls.take_while(|wall| wall.span == Span::NOWHERE).for_each(|wall| wall.span = span);
+        let new = self.fractions.iter_mut().rev().take_while(|f| f.span == Span::NOWHERE);
+        new.for_each(|fraction| fraction.span = span);
         self
     }
 
     fn leaf(field: NodeId, leaf: Leaf) -> Self {
-        let mut solid = Self { field, walls: Vec::new(), steps: Vec::new() };
+        let mut solid = Self { field, walls: Vec::new(), fractions: Vec::new(), steps: Vec::new() };
         solid.push(Rule::Leaf(leaf));
         solid
     }

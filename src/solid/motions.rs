@@ -12,7 +12,7 @@
 
 use super::extent::Rule;
 use super::warps::Warp;
-use super::{Solid, Wall};
+use super::{Fraction, Solid, Wall};
 use crate::expr::graph::operands;
 use crate::expr::{Binary, Graph, Node, NodeId, Unary, depends, derive};
 use rustc_hash::FxHashMap;
@@ -87,6 +87,10 @@ impl Solid {
         for Wall { field, half_thickness, .. } in &mut self.walls {
             *field = substitution.of(graph, *field);
             *half_thickness = substitution.of(graph, *half_thickness);
+        }
+        for Fraction { family, target, .. } in &mut self.fractions {
+            *family = substitution.of(graph, *family);
+            *target = substitution.of(graph, *target);
         }
         self
     }

@@ -43,9 +43,9 @@ impl Solid {
 
     /// What has no volume but the surface itself: |f|, to be dilated.
     #[must_use]
-    pub fn sheet(self, graph: &mut Graph) -> Self {
-        let zero = graph.constant(0.0);
-        self.shell(graph, zero)
+    pub fn sheet(mut self, graph: &mut Graph) -> Self {
+        self.field = graph.unary(Unary::Abs, self.field);
+        self
     }
 
     /// Says that the box grows by the growth times `by`, which may vary in space.

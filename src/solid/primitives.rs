@@ -217,7 +217,8 @@ fn block(graph: &mut Graph, half: NodeId) -> NodeId {
 }
 
 /// The square root of the sum of the squares, in order.
-pub(super) fn length(graph: &mut Graph, components: &[NodeId]) -> NodeId {
+#[must_use]
+pub fn length(graph: &mut Graph, components: &[NodeId]) -> NodeId {
     let mut sum = None;
     for &component in components {
         let square = graph.mul(component, component);

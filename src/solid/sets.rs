@@ -59,6 +59,7 @@ impl Solid {
         };
         self.steps.append(&mut other.steps);
         self.walls.append(&mut other.walls);
+        self.fractions.append(&mut other.fractions);
         self.push(Rule::Join(join, order));
         self.field = field;
         self

@@ -191,6 +191,9 @@ impl From<job::Error> for ErrorReply {
             job::Error::Bounds { diagnostic, sources } => {
                 Self::of_text("bounds", std::slice::from_ref(&diagnostic), &sources)
             }
+            job::Error::Density { diagnostic, sources } => {
+                Self::of_text("density", std::slice::from_ref(&diagnostic), &sources)
+            }
             job::Error::Grid(_) => Self::plain("grid", message),
             job::Error::Compile(_) => Self::plain("field", message),
             job::Error::Contour(contour::Error::Sink(_)) => Self::plain("output", message),
