@@ -11,7 +11,7 @@
 
 use super::balls::Balls;
 use super::surface::Surface;
-use super::triangle::{Closest, Packet, closest, doubtful, unit_normal};
+use super::triangle::{Closest, Doubt, Packet, closest, unit_normal};
 use crate::geom::Bvh;
 use crate::geom::bvh::{LEAF, REMOTE, Stack, Visitor};
 use glam::DVec3;
@@ -33,6 +33,7 @@ pub struct Faces {
     middle: DVec3,
     /// Size of a face.
     grain: f32,
+    doubt: Doubt,
     /// The number of the surface, which no other one of the process has.
     pub identity: u64,
 }
@@ -132,8 +133,11 @@ impl Faces {
         let middle = frame.middle * frame.scale;
         let area: f64 = surface.faces().map(|[a, b, c]| 0.5 * (b - a).cross(c - a).length()).sum();
         let grain = (area / surface.triangles.len() as f64).sqrt() as f32;
+        let longest = surface.faces().flat_map(|[a, b, c]| [b - a, c - b, a - c]);
+        let longest = longest.map(|edge| edge.length_squared()).fold(0.0, f64::max).sqrt();
         let identity = SURFACES.fetch_add(1, Ordering::Relaxed);
-        Self { surface, tree, normals, packets, middle, grain, identity }
+        let doubt = Doubt::new(longest);
+        Self { surface, tree, normals, packets, middle, grain, doubt, identity }
     }
 
     /// The place of a point of the model; none if it is so far away that the surface is a point.
@@ -222,11 +226,14 @@ impl Faces {
                 mark.count = count;
                 mark.faces[..count].copy_from_slice(&attempt.face[..count]);
             }
-            attempt.bound = doubtful(attempt.least, 0.0);
+            attempt.bound = self.doubt.bound(attempt.least, 0.0);
         }
         attempt.settle();
         // There is a face, and every face is within the first bound.
-        let best = attempt.best.or_else(|| self.best(place, &[0], &[0], None));
+        let best = match attempt.best {
+            None => self.best(place, &[0], &[0], None),
+            best => best,
+        };
         let best = best.expect("a surface has faces, all of them within the first bound");
         *leaf = best.leaf as usize;
         best.nearest
@@ -338,7 +345,7 @@ impl Visitor for Attempt<'_> {
         }
         if least < self.least {
             self.least = least;
-            self.bound = doubtful(least, self.radius());
+            self.bound = self.faces.doubt.bound(least, self.radius());
         }
         if self.count > CANDIDATES - LEAF {
             self.narrow();

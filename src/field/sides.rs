@@ -105,11 +105,15 @@ impl Sides {
         (nearest, distance): (&Nearest, f64),
         cells: &mut Cells,
     ) -> Side {
-        let by_normal = self
-            .normals
-            .as_ref()
-            .and_then(|normals| self.told(faces, normals, place, (nearest, distance)));
-        by_normal.unwrap_or_else(|| self.wound(faces, place, distance, cells))
+        // No closures: they would be compiled apart, without the host's best instructions.
+        let by_normal = match &self.normals {
+            Some(normals) => self.told(faces, normals, place, (nearest, distance)),
+            None => None,
+        };
+        match by_normal {
+            Some(side) => side,
+            None => self.wound(faces, place, distance, cells),
+        }
     }
 
     /// The side of `place` by the pseudonormal, if that settles the winding number.

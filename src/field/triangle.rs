@@ -22,11 +22,13 @@ const NO_HEIGHT: f64 = 1.0 / (1_u64 << 49) as f64;
 const NO_LENGTH: f64 = 1e-300;
 /// Squared lengths below this are no lengths in single precision.
 const NO_SHORT_LENGTH: f64 = 1e-30;
-/// Bound on the error of a packet's distance, in units of the distance plus the size of the tree's
-/// frame, twice. A coordinate in a triangle's frame is off by seven roundings (2^-24) of the
-/// distance from its origin, which is less than the distance from the triangle plus three and a
-/// half sizes; three coordinates make 2^-18.4 at worst.
+/// What single precision leaves in doubt of a distance, in units of the distance, twice what is
+/// derived below.
 const DOUBT: f32 = 1.0 / (1 << 16) as f32;
+/// The same in units of the longest edge of all triangles.
+const DOUBT_OF_EDGES: f32 = 1.0 / (1 << 17) as f32;
+/// The same in units of the size of the tree's frame.
+const DOUBT_OF_PLACES: f32 = 1.0 / (1 << 18) as f32;
 
 /// Triangles of a leaf, one lane each. Lanes without a triangle are NaN, which is nearer than
 /// nothing.
@@ -98,16 +100,38 @@ impl Lane {
     }
 }
 
-/// The bound on a packet's squared distances, and on those to boxes, that keeps the nearest
-/// triangle if one is at squared distance `squared`: the errors of both may add up. With a
-/// `radius`, it keeps the triangle nearest to any point within that of the point in question.
-#[inline(always)]
-#[must_use]
-pub fn doubtful(squared: f32, radius: f32) -> f32 {
-    let bound = (squared.sqrt() + 2.0 * radius) * (1.0 + 2.0 * DOUBT) + 2.0 * DOUBT;
-    let bound = bound * bound;
-    // Finite, so that empty boxes at infinity stay out.
-    if bound < f32::MAX { bound } else { f32::MAX }
+/// What single precision leaves in doubt.
+///
+/// Coordinates of a point and of a triangle's origin, in [-1, 1] apart from the distance, are
+/// rounded by half of 2^-23 of themselves: together 2^-20.7 at worst, and 2^-22.2 of the distance. In
+/// the triangle's frame a coordinate is then off by five roundings of the distance from the
+/// origin, the three of them by less than 2^-19.5 of it; it is no more than the distance from the
+/// triangle and the longest edge. This comes twice, for what is found and for what is sought; that of
+/// boxes, 2^-18 of the distance, is added.
+#[derive(Clone, Copy, Debug)]
+pub struct Doubt {
+    /// What does not grow with the distance.
+    constant: f32,
+}
+
+impl Doubt {
+    /// That of triangles in the tree's frame whose longest edge is `longest`.
+    #[must_use]
+    pub fn new(longest: f64) -> Self {
+        Self { constant: DOUBT_OF_EDGES * longest as f32 + DOUBT_OF_PLACES }
+    }
+
+    /// The bound on a packet's squared distances, and on those to boxes, that keeps the nearest
+    /// triangle if one is at squared distance `squared`. With a `radius`, it keeps the triangle
+    /// nearest to any point within that of the point in question.
+    #[inline(always)]
+    #[must_use]
+    pub fn bound(self, squared: f32, radius: f32) -> f32 {
+        let bound = (squared.sqrt() + 2.0 * radius) * (1.0 + DOUBT) + self.constant;
+        let bound = bound * bound;
+        // Finite, so that empty boxes at infinity stay out.
+        if bound < f32::MAX { bound } else { f32::MAX }
+    }
 }
 
 impl Packet {
@@ -175,7 +199,7 @@ impl Packet {
     }
 
     /// Squared distances of `point`, NaN in lanes without a triangle. They may be too small for
-    /// triangles with hardly any area, and too large by less than [`doubtful`] allows.
+    /// triangles with hardly any area, and too large by less than [`Doubt`] allows.
     #[inline(always)]
     #[must_use]
     pub fn squared_distances(&self, point: [f32; 3]) -> [f32; LEAF] {
@@ -323,8 +347,11 @@ mod tests {
         let squared = packet(corners.map(local)).squared_distances(local(point).as_vec3().into());
         assert!(squared[1..].iter().all(|s| s.is_nan()));
         let by_packet = f64::from(squared[0].sqrt()) / scale;
-        let allowed = f64::from(DOUBT) * (exact + 1.0 / scale);
-        assert!((by_packet - exact).abs() <= 0.5 * allowed, "{by_packet} {exact} {corners:?}");
+        let longest = (0..3).map(|i| corners[i].distance(corners[(i + 1) % 3])).fold(0.0, f64::max);
+        let constant = f64::from(Doubt::new(scale * longest).constant) / scale;
+        let allowed = f64::from(DOUBT) * exact + constant;
+        // Half of it, for it comes twice; a quarter, if the derivation is right.
+        assert!((by_packet - exact).abs() <= 0.25 * allowed, "{by_packet} {exact} {corners:?}");
         exact
     }
 
@@ -433,9 +460,10 @@ mod tests {
             let point = middle + reach * random.point(-1.0, 1.0);
             let exact = closest(point, &corners, unit_normal(corners)).offset.length_squared();
             let found = packet(corners).squared_distances(point.as_vec3().into())[0];
+            let doubt = Doubt::new(2.0 * 3.0_f64.sqrt() * size);
             // Either is within what the other leaves in doubt.
-            assert!(found <= doubtful(exact as f32, 0.0), "{found} {exact} seed {seed} {round}");
-            assert!(exact as f32 <= doubtful(found, 0.0), "{found} {exact} seed {seed} {round}");
+            assert!(found <= doubt.bound(exact as f32, 0.0), "{found} {exact} seed {seed} {round}");
+            assert!(exact as f32 <= doubt.bound(found, 0.0), "{found} {exact} seed {seed} {round}");
         }
     }
 }
