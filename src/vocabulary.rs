@@ -14,6 +14,7 @@ use crate::geom::Axis;
 use crate::lang::word::MakeShape;
 use crate::lang::{Action, Argument, Arguments, Domain, Presence, Shape, Vocabulary, Word};
 use crate::solid::blends::Ramp;
+use crate::solid::maps::{Cylindrical, Spherical};
 use crate::solid::walls::Method;
 use crate::solid::{Solid, primitives};
 use rustc_hash::FxHashMap;
@@ -150,6 +151,7 @@ static TABLE: LazyLock<Table> = LazyLock::new(|| {
 
 const PAPER: &str = "Cesogen paper, section 3.2";
 const PLANE_GEOMETRY: &str = "closed form";
+const COORDINATES: &str = "cylinder and sphere coordinates, ISO 80000-2";
 const IDENTITY: &str = "by definition";
 
 fn shapes() -> Vec<Row> {
@@ -244,6 +246,21 @@ fn operations() -> Vec<Row> {
             a.wall(graph, given.number(0), Method::ALL[given.choice(1).unwrap_or(0)])
         })
         .help("a wall of that true thickness about the surface", "Hartmann 1999"),
+        unary("cylindrical", &[], CYLINDRICAL, |graph, a, given| {
+            let number = |index: usize| given.optional(index).map(|[value, ..]| value);
+            let (around, radius) = (given.number(0), given.number(1));
+            let map = Cylindrical { around, radius, radial: number(2), axial: number(3) };
+            a.cylindrical(graph, map)
+        })
+        .help("bends cells of length 1 around the z axis; unbounded", COORDINATES),
+        unary("spherical", &[], SPHERICAL, |graph, a, given| {
+            let (around, along, radius) = (given.number(0), given.number(1), given.number(2));
+            let radial = given.optional(3).map(|[value, ..]| value);
+            a.spherical(graph, Spherical { around, along, radius, radial })
+        })
+        .help("bends cells of length 1 around the origin; unbounded", COORDINATES),
+        unary("conform", &["map"], CONFORM, |graph, a, given| a.mapped(graph, given.vector(0)))
+            .help("pulls the shape back by three equations: f(u,v,w); unbounded", IDENTITY),
         unary("density", &[], DENSITY, |graph, a, given| a.density(graph, given.number(0)))
             .help("the level at which it fills that share of the part it is put in", IDENTITY),
         unary("stretch", &[], STRETCH, |graph, a, given| {
@@ -379,6 +396,25 @@ const THICKNESS: &[Argument] = &[
     number("thickness", Domain::NotNegative, Presence::Required, "full thickness, a length"),
     choice("method", Method::NAMES, Presence::Default("exact"), "Newton's method, or first order"),
 ];
+const CYLINDRICAL: &[Argument] = &[
+    number("around", Domain::Positive, Presence::Required, "cells around; a whole number closes"),
+    number("radius", Domain::Positive, Presence::Default("1"), "radius where a cell begins"),
+    number("radial", Domain::Positive, Presence::Optional, "length of a cell along the radius"),
+    number("axial", Domain::Positive, Presence::Optional, "length of a cell along the axis"),
+];
+const SPHERICAL: &[Argument] = &[
+    number("around", Domain::Positive, Presence::Required, "cells around; a whole number closes"),
+    number("along", Domain::Positive, Presence::Required, "cells from pole to pole"),
+    number("radius", Domain::Positive, Presence::Default("1"), "radius where a cell begins"),
+    number("radial", Domain::Positive, Presence::Optional, "length of a cell along the radius"),
+];
+const CONFORM: &[Argument] = &[Argument {
+    name: "place",
+    shape: Shape::Vector,
+    domain: Domain::Any,
+    presence: Presence::Required,
+    meaning: "coordinates of the shape's own space at the point",
+}];
 const DENSITY: &[Argument] = &[number(
     "fraction",
     Domain::ProperFraction,

@@ -209,3 +209,34 @@ fn densities_that_can_not_be_had_are_refused() {
         assert!(Job::parse(program).is_err(), "{program}");
     }
 }
+
+#[test]
+fn cells_close_around_a_cylinder_and_walls_keep_their_thickness() {
+    // A sheet of the lattice cos(tau v) becomes the cylinders at odd quarters of a cell: walls about
+    // them are tubes of the thickness asked for, also where cells are smaller.
+    let program = "'cos(tau*y)' cylindrical 9 radius 2 radial 0.5 thickness 0.1 \
+                   'max(sqrt(x^2+y^2)-2.25,2-sqrt(x^2+y^2))' box scale 2.5,2.5,0.5";
+    let found = volume(program, 0.02);
+    let tube = |r: f64| PI * ((r + 0.05).powi(2) - (r - 0.05).powi(2));
+    let expected = tube(2.125);
+    assert!((found / expected - 1.0).abs() < 2e-3, "{found}, not {expected}");
+    // Half of the space is solid, on every side of the seam.
+    let ring = "'max(sqrt(x^2+y^2)-2.2,1.2-sqrt(x^2+y^2))' 'abs(z)-1.1' box scale 2.2";
+    let whole = volume(ring, 0.05);
+    for half in ["x", "-x"] {
+        let program = format!("gyroid cylindrical 12 radius 1.2 {ring} '{half}'");
+        let share = volume(&program, 0.05) / (0.5 * whole);
+        assert!((share - 0.5).abs() < 0.03, "{half}: {share}");
+    }
+    let job = Job::parse(&format!("gyroid cylindrical 12 radius 1.2 {ring}")).unwrap();
+    let mesh = job.mesh(&Settings::with_spacing(0.1)).unwrap();
+    assert!(alveole::mesh::check::check(&mesh).is_sound());
+}
+
+#[test]
+fn maps_by_equations_are_motions() {
+    let turned = "cylinder conform 'y,z,x' box scale 0.5,2,2";
+    assert!((volume(turned, 0.02) - PI).abs() < 1e-3);
+    let sphere = "sphere conform 'x/2,y/2,z/2' box scale 3";
+    assert!((volume(sphere, 0.05) - 32.0 / 3.0 * PI).abs() < 0.01);
+}

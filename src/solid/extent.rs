@@ -33,6 +33,8 @@ pub(super) enum Rule {
     Grow(NodeId),
     /// Everything: the complement of something.
     Everywhere,
+    /// Is pulled back by a map of which nothing is known.
+    Map,
     /// Has a field that is no smaller than the size of the old one over this.
     Quotient(f64),
     /// Moves by a vector.
@@ -171,6 +173,7 @@ impl Step {
             }
             Rule::Grow(by) => pop(stack).grown(*by, *span, values),
             Rule::Everywhere => pop(stack).everywhere(*span),
+            Rule::Map => pop(stack).mapped(*span),
             Rule::Quotient(by) => pop(stack).quotient(*by, *span),
             Rule::Translate(by) => pop(stack).translated(*by, *span, values),
             Rule::Scale(by) => pop(stack).scaled(*by, *span, values),
@@ -235,6 +238,13 @@ impl Extent {
         self.apart = None;
         self.unbounded = [Some(self.span.to(span)); 3];
         self.said(span, &[])
+    }
+
+    fn mapped(self, span: Span) -> Self {
+        let mut mapped = self.everywhere(span);
+        mapped.lipschitz = f64::INFINITY;
+        mapped.period = None;
+        mapped
     }
 
     fn quotient(mut self, by: f64, span: Span) -> Self {

@@ -52,6 +52,7 @@ impl Solid {
                 Rule::Join(..) => 2,
                 Rule::Grow(_)
                 | Rule::Everywhere
+                | Rule::Map
                 | Rule::Quotient(_)
                 | Rule::Translate(_)
                 | Rule::Scale(_)
@@ -106,7 +107,7 @@ fn numbers(rule: &Rule) -> Vec<NodeId> {
     match rule {
         Rule::Leaf(leaf) => leaf.bounds.as_flattened().to_vec(),
         Rule::Grow(by) => vec![*by],
-        Rule::Everywhere | Rule::Quotient(_) | Rule::Join(..) => Vec::new(),
+        Rule::Everywhere | Rule::Map | Rule::Quotient(_) | Rule::Join(..) => Vec::new(),
         Rule::Translate(by) | Rule::Scale(by) => by.to_vec(),
         Rule::Rotate(rows) => rows.as_flattened().to_vec(),
         Rule::Warp(warp) => warp.numbers(),
@@ -155,7 +156,7 @@ fn slope(
                 own[0]
             }
         }
-        Rule::Everywhere => Slopes::default(),
+        Rule::Everywhere | Rule::Map => Slopes::default(),
         Rule::Quotient(by) => Slopes { growth: own[0].growth * *by, ..own[0] },
         Rule::Translate(by) => {
             let by = rates(values, *by);
