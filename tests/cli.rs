@@ -213,7 +213,11 @@ fn wrong_parameters_are_explained_and_exit_with_2() {
     refused("t=x", &["box"], &["`t`", "can't depend on `x`"]);
     refused("t=u", &["box"], &["unknown name `u`", "--param u="]);
     refused("s=0", &["box", "scale", "s"], &["must not be zero", "`s` is 0", "argument 3"]);
-    refused("width=1", &["box", "scale", "widht"], &["did you mean `width`", "--param widht="]);
+    refused(
+        "breadth=1",
+        &["box", "scale", "bredth"],
+        &["did you mean `breadth`", "--param bredth="],
+    );
     fails(&["--param", "t=1", "--param", "t=2", "box"], 2, &["`t`", "twice"]);
     fails(&["gyroid", "dilate", "t", "box"], 2, &["unknown name `t`", "--param t="]);
 }

@@ -398,7 +398,8 @@ fn faults_name_place_cause_and_cure() {
     refuse("d.stl", b"solid\nfacet normal 0 0 0\nvertex 0 0 0\n", line(3), "endsolid");
     refuse("e.stl", b"solid\nfacet\nvertex 0 0 0\nendfacet\n", line(4), "three vertices");
     refuse("f.stl", b"short", None, "is not STL");
-    refuse("a.3mf", b"PK\x03\x04rest", None, "3MF files are not read");
+    refuse("a.3mf", b"PK\x03\x04rest", None, "ZIP archive");
+    refuse("b.3mf", b"hello", None, "is not 3MF");
     refuse("a.glb", b"glTFrest", None, "GLB files are not read");
     refuse(
         "a.vtu",
@@ -582,4 +583,74 @@ fn defects_of_dirty_files_are_counted() {
         assert_eq!((found.components.len(), counts), (parts, expected), "{name}");
     }
     assert!(check(&io::read(&folder.join("dirty_inverted.ply")).unwrap()).inside_out);
+}
+
+/// A 3MF archive whose model consists of `inside`.
+fn archive(inside: &str) -> Vec<u8> {
+    let mut zip = zip::ZipWriter::new(Cursor::new(Vec::new()));
+    zip.start_file("3D/part.model", zip::write::SimpleFileOptions::default()).unwrap();
+    let model = format!("<?xml version=\"1.0\"?>\n<model {inside}</model>");
+    std::io::Write::write_all(&mut zip, model.as_bytes()).unwrap();
+    zip.finish().unwrap().into_inner()
+}
+
+/// A tetrahedron at the origin as object `id`.
+fn tetrahedron(id: u32) -> String {
+    let vertices =
+        ["0\" y=\"0\" z=\"0", "1\" y=\"0\" z=\"0", "0\" y=\"1\" z=\"0", "0\" y=\"0\" z=\"1"];
+    let vertices: String = vertices.map(|v| format!("<vertex x=\"{v}\"/>")).concat();
+    let triangles = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
+    let triangles: String =
+        triangles.map(|[a, b, c]| format!("<triangle v1=\"{a}\" v2=\"{b}\" v3=\"{c}\"/>")).concat();
+    format!(
+        "<object id=\"{id}\" type=\"model\"><mesh><vertices>{vertices}</vertices>\
+         <triangles>{triangles}</triangles></mesh></object>"
+    )
+}
+
+#[test]
+fn items_of_3mf_are_moved_and_scaled_to_millimetres() {
+    // In inches: one as it is, one mirrored and moved through a component, one support.
+    let support = tetrahedron(3).replace("type=\"model\"", "type=\"support\"");
+    let content = archive(&format!(
+        "unit=\"inch\"><resources>{}{support}<object id=\"2\"><components>\
+         <component objectid=\"1\" transform=\"-1 0 0 0 1 0 0 0 1 0 0 0\"/></components></object>\
+         </resources><build><item objectid=\"1\"/>\
+         <item objectid=\"2\" transform=\"2 0 0 0 2 0 0 0 2 10 0 0\"/><item objectid=\"3\"/></build>",
+        tetrahedron(1)
+    ));
+    let (mesh, report) = read(&content).unwrap();
+    assert_eq!((mesh.positions.len(), mesh.triangles.len()), (8, 8));
+    assert_eq!(report.ignored, ["supports"]);
+    let inch = 25.4_f64;
+    let volume = measure::volume(&mesh);
+    assert!((volume / (9.0 / 6.0 * inch.powi(3)) - 1.0).abs() < 1e-14, "{volume}");
+    assert_eq!(mesh.positions[5], [8.0 * inch, 0.0, 0.0]);
+    let found = check(&mesh);
+    assert!(found.is_sound() && found.components.len() == 2);
+}
+
+#[test]
+fn hostile_3mf_files_are_refused() {
+    let refused = |inside: &str, part: &str| {
+        let message = read(&archive(inside)).unwrap_err().to_string();
+        assert!(message.contains(part), "{message}");
+    };
+    let item = "<build><item objectid=\"1\"/></build>";
+    let object = |id: u32, inside: &str| format!("<object id=\"{id}\">{inside}</object>");
+    let component = |id: u32| format!("<component objectid=\"{id}\"/>");
+    refused(&format!("><resources></resources>{item}"), "number of an object");
+    refused(&format!(">{}{item}", object(1, &component(1))), "contain each other");
+    let doubling: String = (1..40).map(|id| object(id, &component(id + 1).repeat(2))).collect();
+    refused(&format!(">{doubling}{}{item}", tetrahedron(40)), "contain each other");
+    let forty: String = (1..5).map(|id| object(id, &component(id + 1).repeat(40))).collect();
+    refused(&format!(">{forty}{}{item}", tetrahedron(5)), "too many copies");
+    refused(&format!(" unit=\"ell\">{}{item}", tetrahedron(1)), "a unit of length");
+    refused(&format!(">{}{item}", tetrahedron(1).replace("v1=\"0\"", "v1=\"9\"")), "vertex 9");
+    refused(&format!(">{}{item}", tetrahedron(1).replace("x=\"1\"", "x=\"1e999\"")), "not finite");
+    refused(&format!(">{}{item}", tetrahedron(1).replace("y=\"1\"", "y=\"one\"")), "a number");
+    refused(&format!(">{}<build>", tetrahedron(1)), "XML");
+    refused("><vertex x=\"0\" y=\"0\" z=\"0\"/>", "an object around");
+    // Blanks pack well, and would be kept in memory as one piece.
+    refused(&format!(">{}", " ".repeat(1 << 24)), "over a megabyte");
 }

@@ -1,8 +1,13 @@
 //! Lattices as engineers ask for them: walls of a true thickness, numbers that vary in space.
 #![allow(clippy::unwrap_used)]
 
+use alveole::expr::Graph;
+use alveole::geom::Aabb;
 use alveole::job::{Job, Settings};
+use alveole::lang::infix::{self, Coordinates, Scope};
 use alveole::num::Progress;
+use alveole::solid::{Span, Values};
+use glam::DVec3;
 use std::f64::consts::PI;
 
 /// The volume of the solid of `program` itself, from its field, on a grid of that spacing.
@@ -239,4 +244,25 @@ fn maps_by_equations_are_motions() {
     assert!((volume(turned, 0.02) - PI).abs() < 1e-3);
     let sphere = "sphere conform 'x/2,y/2,z/2' box scale 3";
     assert!((volume(sphere, 0.05) - 32.0 / 3.0 * PI).abs() < 0.01);
+}
+
+#[test]
+fn ranges_hold_over_boxes_and_over_all_space() {
+    let check = |equation: &str, domain: &Aabb, expected: [f64; 2]| {
+        let mut graph = Graph::new();
+        let scope = Scope { coordinates: Coordinates::Known, parameters: &[] };
+        let read = infix::equation(equation, Span::NOWHERE, scope).unwrap();
+        let node = read.expression(&mut graph, &mut |graph, _| graph.constant(0.0));
+        let range = Values::new(&graph, &[]).range(node, domain);
+        let close = |a: f64, b: f64| a == b || (a - b).abs() < 1e-12;
+        let right = close(range.lo, expected[0]) && close(range.hi, expected[1]);
+        assert!(right, "{equation}: {range:?}");
+    };
+    let unit = Aabb::new(DVec3::NEG_ONE, DVec3::ONE);
+    check("0.2+0.1*z", &unit, [0.1, 0.3]);
+    check("x*x-y", &unit, [-1.0, 2.0]);
+    check("0.2+0.1*z", &Aabb::WHOLE, [f64::NEG_INFINITY, f64::INFINITY]);
+    check("clamp(0.2+0.1*z,0.1,0.3)", &Aabb::WHOLE, [0.1, 0.3]);
+    check("2+sin(x+y)", &Aabb::WHOLE, [1.0, 3.0]);
+    check("1/(1+x*x)", &Aabb::WHOLE, [0.0, 1.0]);
 }

@@ -70,7 +70,7 @@ impl Programmed for Cesogen {
 
 #[derive(Debug, Args)]
 pub(super) struct MeshArguments {
-    /// Mesh file to write, its format by extension (.ply .stl .obj .off); `-` for standard output
+    /// Mesh file to write, its format by extension (.ply .stl .3mf .obj .off); `-` for standard output
     #[arg(short, long, value_name = "FILE", default_value = "out.ply", value_hint = ValueHint::FilePath)]
     pub(super) output: PathBuf,
 

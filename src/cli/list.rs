@@ -83,7 +83,7 @@ pub(super) fn summary() -> String {
     format!(
         "A program is a list of words in postfix order; what is left on the stack is intersected.\n\n\
          Shapes: {}.\n\nPeriodic surfaces: {}.\n\nOperations on the last shape: {}.\n\n\
-         Operations on the last two shapes: {}.\n\nAnything else is a mesh file (.ply .stl .obj .off), \
+         Operations on the last two shapes: {}.\n\nAnything else is a mesh file (.ply .stl .3mf .obj .off), \
          an equation in x, y and z with the functions {}, or @FILE, which stands for the words in a file.\n\n\
          `alveole list WORD` explains a word and says whether its field is a distance. Exit codes: 0 done, \
          1 the work failed, 2 the command line or the program is wrong, 130 interrupted.",

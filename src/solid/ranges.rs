@@ -48,36 +48,3 @@ impl Values<'_> {
         range.hi.max(-range.lo)
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use crate::expr::Graph;
-    use crate::geom::Aabb;
-    use crate::lang::infix::{self, Coordinates, Scope};
-    use crate::solid::{Span, Values};
-    use glam::DVec3;
-
-    fn check(equation: &str, domain: Aabb, expected: [f64; 2]) {
-        let mut graph = Graph::new();
-        let scope = Scope { coordinates: Coordinates::Known, parameters: &[] };
-        let read = infix::equation(equation, Span::NOWHERE, scope).unwrap();
-        let node = read.expression(&mut graph, &mut |graph, _| graph.constant(0.0));
-        let range = Values::new(&graph, &[]).range(node, &domain);
-        let close = |a: f64, b: f64| a == b || (a - b).abs() < 1e-12;
-        assert!(
-            close(range.lo, expected[0]) && close(range.hi, expected[1]),
-            "{equation}: {range:?}"
-        );
-    }
-
-    #[test]
-    fn ranges_hold_over_boxes_and_over_all_space() {
-        let unit = Aabb::new(DVec3::NEG_ONE, DVec3::ONE);
-        check("0.2+0.1*z", unit, [0.1, 0.3]);
-        check("x*x-y", unit, [-1.0, 2.0]);
-        check("0.2+0.1*z", Aabb::WHOLE, [f64::NEG_INFINITY, f64::INFINITY]);
-        check("clamp(0.2+0.1*z,0.1,0.3)", Aabb::WHOLE, [0.1, 0.3]);
-        check("2+sin(x+y)", Aabb::WHOLE, [1.0, 3.0]);
-        check("1/(1+x*x)", Aabb::WHOLE, [0.0, 1.0]);
-    }
-}

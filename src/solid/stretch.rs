@@ -7,7 +7,7 @@
 //!
 //! > phi(x) = ∫₀ˣ dt / s(t) = x ∫₀¹ du / s(u x),
 //!
-//! here by Gauss-Legendre quadrature with [`NODES`] nodes, as an expression: its derivative, its
+//! here by Gauss-Legendre quadrature with 24 nodes, as an expression: its derivative, its
 //! ranges and its parameters are the engine's business, and where s depends on the stretched axis
 //! alone it costs nothing per sample. The error falls like a geometric series where s is analytic: a
 //! pole of 1/s half as far beyond the ends as the solid is long leaves 1e-20. An s with kinks is

@@ -10,13 +10,13 @@
 //!
 //!   > p' = x - λ g, λ = (f(p) + g · (x - p)) / g · g, g = grad f(p),
 //!
-//!   and d = λ |g| there. p begins at x and is improved [`STEPS`] times. What is left of the error falls by the product
+//!   and d = λ |g| there. p begins at x and is improved twice. What is left of the error falls by the product
 //!   of distance and curvature in each step, and enters d squared; walls of the gyroid, P and D
 //!   surfaces up to 0.15 of a cell have the volume of the tube formula to 0.1 %.
 //!
 //! **What is guaranteed.** A point of the surface is no nearer than the nearest, so d is not too
 //! small where p lies on the surface; how far it is off, |f(p)| / |g| tells, and d is taken no smaller than
-//! [`DOUBT`] times that, so that far from the surface, where the iteration wanders, nothing solid appears.
+//! four times that, so that far from the surface, where the iteration wanders, nothing solid appears.
 //! Where a Lipschitz bound L of f is known, d is taken no smaller than |f| / L, which it can't be: so
 //! ranges of boxes exclude what is far, and the wall lies in {|f| <= L t / 2}. Without one, as for
 //! equations, the wall has no bounds of its own. Beyond the reach of the surface (half the distance to its

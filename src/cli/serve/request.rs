@@ -122,6 +122,8 @@ enum FormatName {
     Stl,
     Obj,
     Off,
+    #[serde(rename = "3mf")]
+    ThreeMf,
 }
 
 #[derive(Clone, Copy, Debug, Deserialize)]
@@ -245,6 +247,7 @@ impl MeshWanted {
             FormatName::Stl => Format::Stl,
             FormatName::Obj => Format::Obj,
             FormatName::Off => Format::Off,
+            FormatName::ThreeMf => Format::ThreeMf,
         })
     }
 

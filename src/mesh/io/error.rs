@@ -117,8 +117,8 @@ impl Fault {
     pub const fn cure(&self) -> Option<&'static str> {
         match self {
             Self::Unreadable(_) | Self::Cancelled(_) => None,
-            Self::Refused(_) => Some("export it as PLY, STL, OBJ or OFF"),
-            Self::Unknown | Self::Not(_) => Some("give a PLY, STL, OBJ or OFF file"),
+            Self::Refused(_) => Some("export it as PLY, STL, 3MF, OBJ or OFF"),
+            Self::Unknown | Self::Not(_) => Some("give a PLY, STL, 3MF, OBJ or OFF file"),
             Self::Syntax { .. } | Self::IndexOutOfRange { .. } | Self::NotFinite => {
                 Some("export it again, or repair it there")
             }

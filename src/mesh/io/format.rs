@@ -13,11 +13,13 @@ pub enum Format {
     Ply,
     /// Stereolithography triangles; text and binary are read, binary is written.
     Stl,
+    /// 3D Manufacturing Format: XML in a ZIP archive.
+    ThreeMf,
 }
 
 impl Format {
     /// Every format.
-    pub const ALL: [Self; 4] = [Self::Obj, Self::Off, Self::Ply, Self::Stl];
+    pub const ALL: [Self; 5] = [Self::Obj, Self::Off, Self::Ply, Self::Stl, Self::ThreeMf];
 
     /// The name people know it by.
     #[must_use]
@@ -27,6 +29,7 @@ impl Format {
             Self::Off => "OFF",
             Self::Ply => "PLY",
             Self::Stl => "STL",
+            Self::ThreeMf => "3MF",
         }
     }
 
@@ -41,8 +44,6 @@ impl Format {
 /// A format that is recognised and refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Refused {
-    /// 3D Manufacturing Format: a ZIP archive.
-    ThreeMf,
     /// VTK unstructured grid: XML.
     Vtu,
     /// glTF in its binary container.
@@ -56,7 +57,6 @@ impl Refused {
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
-            Self::ThreeMf => "3MF",
             Self::Vtu => "VTU",
             Self::Glb => "GLB",
             Self::BinaryOff => "binary OFF",
@@ -67,7 +67,7 @@ impl Refused {
     #[must_use]
     pub fn from_path(path: &Path) -> Option<Self> {
         let extension = path.extension()?.to_str()?;
-        [Self::ThreeMf, Self::Vtu, Self::Glb]
+        [Self::Vtu, Self::Glb]
             .into_iter()
             .find(|format| extension.eq_ignore_ascii_case(format.name()))
     }
@@ -88,7 +88,8 @@ mod tests {
         assert_eq!(Format::from_path(Path::new("a/b.PlY")), Some(Format::Ply));
         assert_eq!(Format::from_path(Path::new("x.y.STL")), Some(Format::Stl));
         assert_eq!(Format::from_path(Path::new("obj")), None);
-        assert_eq!(Refused::from_path(Path::new("x.3MF")), Some(Refused::ThreeMf));
+        assert_eq!(Format::from_path(Path::new("x.3MF")), Some(Format::ThreeMf));
+        assert_eq!(Refused::from_path(Path::new("x.VTU")), Some(Refused::Vtu));
         assert!(is_mesh_path(Path::new("part.Off")) && is_mesh_path(Path::new("part.vtu")));
         assert!(!is_mesh_path(Path::new("part.txt")) && !is_mesh_path(Path::new("2.5")));
     }

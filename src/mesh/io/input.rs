@@ -5,7 +5,7 @@
 
 use super::assembly::ReadReport;
 use super::error::{Fault, Flaw, ReadError};
-use super::{Format, Refused, obj, off, ply, stl};
+use super::{Format, Refused, obj, off, ply, stl, threemf};
 use crate::mesh::Mesh;
 use crate::num::Progress;
 use std::fs::File;
@@ -93,6 +93,7 @@ fn parse(
         Format::Off => off::read(bytes, progress),
         Format::Ply => ply::read(bytes, progress),
         Format::Stl => stl::read(bytes, progress),
+        Format::ThreeMf => threemf::read(bytes, progress),
     }
 }
 
@@ -101,8 +102,8 @@ fn sniff(bytes: &[u8], declared: Declared) -> Result<Format, Fault> {
     let start = bytes.trim_ascii_start();
     if stl::is_binary(bytes) {
         Ok(Format::Stl)
-    } else if bytes.starts_with(b"PK\x03\x04") {
-        Err(Fault::Refused(Refused::ThreeMf))
+    } else if threemf::is_archive(bytes) {
+        Ok(Format::ThreeMf)
     } else if bytes.starts_with(b"glTF") {
         Err(Fault::Refused(Refused::Glb))
     } else if start.starts_with(b"<") && contains(&start[..start.len().min(1024)], b"VTKFile") {
@@ -120,7 +121,7 @@ fn sniff(bytes: &[u8], declared: Declared) -> Result<Format, Fault> {
             // The magic word of OFF is optional, STL has none when binary and cut short, and an
             // OBJ file may begin with a long comment.
             Declared::Read(format @ (Format::Off | Format::Stl | Format::Obj)) => Ok(format),
-            Declared::Read(format @ Format::Ply) => Err(Fault::Not(format)),
+            Declared::Read(format @ (Format::Ply | Format::ThreeMf)) => Err(Fault::Not(format)),
             Declared::Refused(refused) => Err(Fault::Refused(refused)),
             Declared::Nothing => Err(Fault::Unknown),
         }

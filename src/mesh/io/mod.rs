@@ -1,4 +1,4 @@
-//! Mesh files: OBJ, OFF, PLY and STL; one file a format.
+//! Mesh files: 3MF, OBJ, OFF, PLY and STL; one file a format.
 //!
 //! Reading accepts what real programs write, refuses the rest with place, cause and cure, and
 //! never panics. Writing keeps the order of vertices and triangles. Binary files are
@@ -33,6 +33,7 @@ pub mod output;
 pub mod ply;
 mod stl;
 mod text;
+mod threemf;
 
 pub use assembly::ReadReport;
 pub use error::{Fault, Place, ReadError};

@@ -1,6 +1,6 @@
 //! Writing a mesh in any format, whole or in pieces.
 
-use super::{Format, PlySink, obj, off, ply, stl};
+use super::{Format, PlySink, obj, off, ply, stl, threemf};
 use crate::mesh::sink::Collect;
 use crate::mesh::{Mesh, Sink};
 use std::fs::File;
@@ -90,6 +90,7 @@ pub fn write(
         Format::Off => off::write(mesh, precision, out),
         Format::Ply => ply::write(mesh, precision, out),
         Format::Stl => stl::write(mesh, precision, out),
+        Format::ThreeMf => threemf::write(mesh, precision, out),
     }
 }
 
@@ -117,7 +118,7 @@ impl FileSink {
         let stage = match format {
             Format::Ply => Stage::Streamed(PlySink::new(file, precision)),
             Format::Stl if precision == Precision::Double => return Err(WriteError::StlIsSingle),
-            Format::Obj | Format::Off | Format::Stl => {
+            Format::Obj | Format::Off | Format::Stl | Format::ThreeMf => {
                 Stage::Collected { mesh: Collect::default(), file, format, precision }
             }
         };

@@ -136,12 +136,25 @@ pub(super) fn push_point(
         if axis > 0 {
             text.push(b' ');
         }
-        match precision {
-            Precision::Single => push_single(text, single(value)?)?,
-            Precision::Double => push_double(text, value)?,
-        }
+        push_number(text, value, precision)?;
     }
     text.push(b'\n');
+    Ok(())
+}
+
+/// Appends the coordinate.
+///
+/// # Errors
+/// [`WriteError::BeyondSingle`].
+pub(super) fn push_number(
+    text: &mut Vec<u8>,
+    value: f64,
+    precision: Precision,
+) -> Result<(), WriteError> {
+    match precision {
+        Precision::Single => push_single(text, single(value)?)?,
+        Precision::Double => push_double(text, value)?,
+    }
     Ok(())
 }
 
