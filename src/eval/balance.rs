@@ -20,6 +20,7 @@
 //! done where nothing but extrema and negations lie between the chain and the root, so that a zero's
 //! sign is seen by nobody: the expression's sign and zeros are those of the expression as written.
 
+use super::images::Images;
 use super::vicinity;
 use crate::expr::graph::operands;
 use crate::expr::{Binary, Graph, Node, NodeId, Output, Unary, depends, enclosure};
@@ -34,21 +35,24 @@ pub const REACH: f64 = 18_446_744_073_709_551_616.0;
 const FEWEST: usize = 8;
 
 /// The expression `root` with its long chains of extrema balanced.
+///
+/// The graph is left as it is if there are none and most of its nodes are of the expression; else it
+/// has only those: what made a long program text leaves many others behind.
 #[must_use]
 pub fn balance(source: &Graph, root: NodeId) -> (Graph, NodeId) {
     let nodes = depends::reachable(source, &[root]);
-    let mut graph = source.clone();
     let chains = chains(source, root, &nodes);
-    if chains.is_empty() {
-        return (graph, root);
+    if chains.is_empty() && 2 * nodes.len() > source.len() {
+        return (source.clone(), root);
     }
-    let mut image: FxHashMap<NodeId, NodeId> = FxHashMap::default();
+    // Room for derivatives and other forms, too.
+    let mut graph = source.emptied(3 * nodes.len());
+    let mut image = Images::new(root);
     for &id in &nodes {
-        let at = |id: NodeId| image[&id];
         let node = source.node(id);
-        let rebuilt = match (chains.get(&id), node) {
+        let moved = match (chains.get(&id), node) {
             (Some(chain), Node::Binary(op, _, _)) => {
-                let mut row: Vec<NodeId> = chain.iter().map(|&id| at(id)).collect();
+                let mut row: Vec<NodeId> = chain.iter().map(|&id| image.of(id)).collect();
                 while row.len() > 1 {
                     let pairs = row.chunks(2).map(|pair| match *pair {
                         [a, b] => graph.intern(Node::Binary(op, a, b)),
@@ -58,17 +62,11 @@ pub fn balance(source: &Graph, root: NodeId) -> (Graph, NodeId) {
                 }
                 row[0]
             }
-            (_, Node::Coordinate(_) | Node::Constant(_) | Node::Parameter(_)) => id,
-            (_, Node::Unary(op, a)) => graph.intern(Node::Unary(op, at(a))),
-            (None, Node::Binary(op, a, b)) => graph.intern(Node::Binary(op, at(a), at(b))),
-            (_, Node::Pick(e, list)) => graph.intern(Node::Pick(e, list.map(at))),
-            (_, Node::Oracle(oracle, output, list)) => {
-                graph.intern(Node::Oracle(oracle, output, list.map(at)))
-            }
+            (_, node) => image.moved(&mut graph, node),
         };
-        image.insert(id, rebuilt);
+        image.set(id, moved);
     }
-    (graph, image[&root])
+    (graph, image.of(root))
 }
 
 /// The operands, in order, of every chain that is to be rebuilt, by the chain's last node.
@@ -77,13 +75,11 @@ fn chains(source: &Graph, root: NodeId, nodes: &[NodeId]) -> FxHashMap<NodeId, V
     if extrema + 1 < FEWEST {
         return FxHashMap::default();
     }
-    let mut uses: FxHashMap<NodeId, u32> = FxHashMap::default();
+    let mut uses = vec![0u32; root.index() + 1];
     for &id in nodes {
-        for &operand in operands(&source.node(id)).iter() {
-            *uses.entry(operand).or_default() += 1;
-        }
+        operands(&source.node(id)).iter().for_each(|operand| uses[operand.index()] += 1);
     }
-    *uses.entry(root).or_default() += 1;
+    uses[root.index()] += 1;
     let undefined = may_be_nan(source, nodes);
     let crown = crown(source, root);
     let mut chains = FxHashMap::default();
@@ -96,9 +92,9 @@ fn chains(source: &Graph, root: NodeId, nodes: &[NodeId]) -> FxHashMap<NodeId, V
         // Node, its depth in the chain, and whether it lies on the left spine.
         let mut pending = vec![(last, 0, true)];
         while let Some((id, depth, spine)) = pending.pop() {
-            let open = id == last || uses[&id] == 1;
+            let open = id == last || uses[id.index()] == 1;
             match extremum(source, id).filter(|&(op, _, _)| open && op == chain.0) {
-                Some((_, a, b)) if !undefined[&b] && (spine || !undefined[&a]) => {
+                Some((_, a, b)) if !undefined[b.index()] && (spine || !undefined[a.index()]) => {
                     gathered.insert(id, ());
                     pending.push((b, depth + 1, false));
                     pending.push((a, depth + 1, spine));
@@ -113,7 +109,7 @@ fn chains(source: &Graph, root: NodeId, nodes: &[NodeId]) -> FxHashMap<NodeId, V
         if list.len() >= FEWEST && deepest > least + 2 {
             if crown.contains_key(&last) {
                 // The very first may be NaN and then stays where it is.
-                let fixed = usize::from(undefined[&list[0]]);
+                let fixed = usize::from(undefined[list[0].index()]);
                 let moved = vicinity::ordered(source, &list[fixed..]);
                 list.splice(fixed.., moved);
             }
@@ -163,13 +159,15 @@ fn extremum(graph: &Graph, id: NodeId) -> Option<(Binary, NodeId, NodeId)> {
     }
 }
 
-/// Whether each node may be NaN for coordinates and parameters within [`REACH`].
-fn may_be_nan(graph: &Graph, nodes: &[NodeId]) -> FxHashMap<NodeId, bool> {
+/// Whether each node, by index, may be NaN for coordinates and parameters within [`REACH`]; `nodes`
+/// are those of an expression, which is the last.
+fn may_be_nan(graph: &Graph, nodes: &[NodeId]) -> Vec<bool> {
     let reach = Interval::new(-REACH, REACH);
-    let mut ranges: FxHashMap<NodeId, Interval> = FxHashMap::default();
+    let count = nodes.last().map_or(0, |last| last.index() + 1);
+    let mut ranges = vec![Interval::ANYTHING; count];
     for &id in nodes {
-        let at = |id: NodeId| ranges[&id];
-        let range = match graph.node(id) {
+        let at = |id: NodeId| ranges[id.index()];
+        ranges[id.index()] = match graph.node(id) {
             Node::Coordinate(_) | Node::Parameter(_) => reach,
             Node::Constant(bits) => Interval::point(f64::from_bits(bits)),
             Node::Unary(op, a) => enclosure::unary(op, at(a)),
@@ -181,9 +179,8 @@ fn may_be_nan(graph: &Graph, nodes: &[NodeId]) -> FxHashMap<NodeId, bool> {
             }
             Node::Oracle(_, Output::Partial(_), _) => Interval::ANYTHING,
         };
-        ranges.insert(id, range);
     }
-    ranges.into_iter().map(|(id, range)| (id, range.nan)).collect()
+    ranges.into_iter().map(|range| range.nan).collect()
 }
 
 #[cfg(test)]

@@ -30,6 +30,7 @@
 //! which covers the rounding of M and of itself. The result never exceeds 1 by more than 40 u,
 //! whatever M.
 
+use super::images::Images;
 use crate::expr::{AxisSet, Binary, Graph, Node, NodeId, Unary, depends};
 use rustc_hash::FxHashMap;
 
@@ -40,7 +41,7 @@ pub struct Lowered {
     pub graph: Graph,
     /// The lowered root.
     pub root: NodeId,
-    image: FxHashMap<NodeId, NodeId>,
+    image: Images,
     splits: FxHashMap<NodeId, Split>,
 }
 
@@ -48,7 +49,7 @@ impl Lowered {
     /// The lowered form of the source node `id`, if the root needs it.
     #[must_use]
     pub fn image(&self, id: NodeId) -> Option<NodeId> {
-        self.image.get(&id).copied()
+        self.image.get(id)
     }
 
     /// How the source node `id`, a sine or a cosine, was split.
@@ -104,35 +105,38 @@ impl Split {
 /// The lowered form of `root`.
 #[must_use]
 pub fn lower(source: &Graph, root: NodeId) -> Lowered {
-    let axes = depends::axes(source);
-    let mut graph = source.clone();
-    let mut image: FxHashMap<NodeId, NodeId> = FxHashMap::default();
+    lower_own(source.clone(), root)
+}
+
+/// The lowered form of `root`, added to the graph itself.
+#[must_use]
+pub fn lower_own(mut graph: Graph, root: NodeId) -> Lowered {
+    let axes = depends::axes(&graph);
+    let mut image = Images::new(root);
     let mut splits = FxHashMap::default();
-    for id in depends::reachable(source, &[root]) {
-        let at = |id: NodeId| image[&id];
-        let lowered = match source.node(id) {
-            node @ (Node::Coordinate(_) | Node::Constant(_) | Node::Parameter(_)) => node,
-            Node::Unary(op, a) => {
-                if matches!(op, Unary::Sin | Unary::Cos)
-                    && let Some((split, parts)) = split(source, &axes, a)
-                {
+    for id in depends::reachable(&graph, &[root]) {
+        let node = graph.node(id);
+        let lowered = match node {
+            Node::Unary(op @ (Unary::Sin | Unary::Cos), a) => {
+                split(&graph, &axes, a).map(|(split, parts)| {
+                    splits.insert(id, split);
                     let parts: Vec<NodeId> =
                         parts.iter().map(|part| sum(&mut graph, &image, part)).collect();
-                    image.insert(id, wave(&mut graph, op, &parts));
-                    splits.insert(id, split);
-                    continue;
-                }
-                Node::Unary(op, at(a))
+                    wave(&mut graph, op, &parts)
+                })
             }
-            Node::Binary(op, a, b) => Node::Binary(op, at(a), at(b)),
-            Node::Pick(extremum, operands) => Node::Pick(extremum, operands.map(at)),
-            Node::Oracle(oracle, output, operands) => {
-                Node::Oracle(oracle, output, operands.map(at))
-            }
+            Node::Coordinate(_)
+            | Node::Constant(_)
+            | Node::Parameter(_)
+            | Node::Unary(..)
+            | Node::Binary(..)
+            | Node::Pick(..)
+            | Node::Oracle(..) => None,
         };
-        image.insert(id, graph.intern(lowered));
+        let lowered = lowered.unwrap_or_else(|| image.rebuilt(&mut graph, id, node));
+        image.set(id, lowered);
     }
-    Lowered { root: image[&root], graph, image, splits }
+    Lowered { root: image.of(root), graph, image, splits }
 }
 
 /// Terms whose sum is one part of the argument of a split sine.
@@ -215,14 +219,14 @@ fn terms(source: &Graph, axes: &[AxisSet], argument: NodeId) -> Option<Split> {
 }
 
 /// The sum of a part's terms.
-fn sum(graph: &mut Graph, image: &FxHashMap<NodeId, NodeId>, part: &[Term]) -> NodeId {
+fn sum(graph: &mut Graph, image: &Images, part: &[Term]) -> NodeId {
     let mut total = None;
     for term in part {
-        let mut value = image[&term.leaf];
+        let mut value = image.of(term.leaf);
         for factor in term.factors.iter().rev() {
             value = match factor {
-                Factor::Times(f) => graph.mul(value, image[f]),
-                Factor::Over(f) => graph.div(value, image[f]),
+                Factor::Times(f) => graph.mul(value, image.of(*f)),
+                Factor::Over(f) => graph.div(value, image.of(*f)),
             };
         }
         total = Some(match (total, term.negative) {

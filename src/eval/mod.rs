@@ -8,6 +8,7 @@ pub mod balance;
 pub mod compared;
 mod enclosing;
 mod focused;
+mod images;
 pub mod interpret;
 pub mod jit;
 pub mod leaves;

@@ -3,7 +3,6 @@
 use super::graph::operands;
 use super::{Graph, Node, NodeId};
 use crate::geom::Axis;
-use rustc_hash::FxHashSet;
 use std::fmt;
 
 /// A set of coordinate axes.
@@ -109,19 +108,23 @@ pub fn on_point(graph: &Graph, root: NodeId) -> bool {
 
 /// The nodes that `roots` are computed from, the roots included, operands before users.
 ///
-/// Takes time in proportion to their number, however large the graph is.
+/// Takes time in proportion to their number, and a bit for every node before the last root.
 #[must_use]
 pub fn reachable(graph: &Graph, roots: &[NodeId]) -> Vec<NodeId> {
-    let mut seen: FxHashSet<NodeId> = roots.iter().copied().collect();
-    let mut pending: Vec<NodeId> = seen.iter().copied().collect();
-    while let Some(id) = pending.pop() {
-        for &operand in operands(&graph.node(id)).iter() {
-            if seen.insert(operand) {
-                pending.push(operand);
-            }
-        }
+    let last = roots.iter().map(|root| root.index() + 1).max().unwrap_or(0);
+    let mut seen = vec![0u64; last.div_ceil(64)];
+    let mut insert = |id: NodeId| {
+        let (word, bit) = (id.index() / 64, 1 << (id.index() % 64));
+        let is_new = seen[word] & bit == 0;
+        seen[word] |= bit;
+        is_new
+    };
+    let mut nodes: Vec<NodeId> = roots.iter().copied().filter(|root| insert(*root)).collect();
+    let mut next = 0;
+    while let Some(&id) = nodes.get(next) {
+        next += 1;
+        nodes.extend(operands(&graph.node(id)).iter().filter(|operand| insert(**operand)));
     }
-    let mut nodes: Vec<NodeId> = seen.into_iter().collect();
     nodes.sort_unstable();
     nodes
 }

@@ -17,7 +17,6 @@
 use super::depends::reachable;
 use super::{Binary, Extremum, Graph, Node, NodeId, Output, ParameterId, Unary};
 use crate::geom::Axis;
-use rustc_hash::FxHashMap;
 
 /// The derivative of `root` along `axis`.
 pub fn partial(graph: &mut Graph, root: NodeId, axis: Axis) -> NodeId {
@@ -37,21 +36,28 @@ pub fn by_parameter(graph: &mut Graph, root: NodeId, parameter: ParameterId) -> 
 /// The derivative of `root` by the leaf `variable`.
 fn forward(graph: &mut Graph, root: NodeId, variable: Node) -> NodeId {
     // A node without an entry does not depend on the variable.
-    let mut slopes = FxHashMap::default();
+    let mut slopes = Slopes(vec![None; root.index() + 1]);
     for id in reachable(graph, &[root]) {
         let node = graph.node(id);
         let slope =
             if node == variable { Some(graph.constant(1.0)) } else { slope(graph, id, &slopes) };
-        if let Some(slope) = slope {
-            slopes.insert(id, slope);
-        }
+        slopes.0[id.index()] = slope;
     }
-    slopes.get(&root).copied().unwrap_or_else(|| graph.constant(0.0))
+    slopes.of(root).unwrap_or_else(|| graph.constant(0.0))
+}
+
+/// The derivatives of nodes by index; none for zero.
+struct Slopes(Vec<Option<NodeId>>);
+
+impl Slopes {
+    fn of(&self, id: NodeId) -> Option<NodeId> {
+        self.0[id.index()]
+    }
 }
 
 /// The derivative of the node `id` given those of its operands; `None` for zero.
-fn slope(graph: &mut Graph, id: NodeId, slopes: &FxHashMap<NodeId, NodeId>) -> Option<NodeId> {
-    let of = |id: NodeId| slopes.get(&id).copied();
+fn slope(graph: &mut Graph, id: NodeId, slopes: &Slopes) -> Option<NodeId> {
+    let of = |id: NodeId| slopes.of(id);
     match graph.node(id) {
         Node::Coordinate(_) | Node::Constant(_) | Node::Parameter(_) => None,
         Node::Unary(op, a) => unary(graph, op, id, a, of(a)?),

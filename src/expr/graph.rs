@@ -66,6 +66,20 @@ impl Graph {
         Self::default()
     }
 
+    /// A graph without nodes, with room for so many, and with the parameters and oracles of this one.
+    #[must_use]
+    pub fn emptied(&self, nodes: usize) -> Self {
+        let Self { nodes: _, numbers: _, parameters, oracles } = self;
+        let mut numbers = FxHashMap::default();
+        numbers.reserve(nodes);
+        Self {
+            nodes: Vec::with_capacity(nodes),
+            numbers,
+            parameters: parameters.clone(),
+            oracles: oracles.clone(),
+        }
+    }
+
     /// Number of nodes.
     #[must_use]
     pub fn len(&self) -> usize {
