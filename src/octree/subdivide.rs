@@ -12,8 +12,11 @@ use crate::eval::{BRICK, NodeBox, Sampler};
 use crate::num::{Cancelled, Interval, Progress};
 use rayon::prelude::*;
 
-/// Boxes that one task cuts: enough to share a table of activities, few enough to balance.
+/// Boxes that one task cuts at most: enough to share a table of activities, few enough to balance.
 const CHUNK: usize = 64;
+/// Tasks that the boxes of a level are shared among, if there are as many: the first levels of a huge
+/// union have few boxes, each of which takes long.
+const TASKS: usize = 16;
 
 /// Whether intervals may settle boxes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -149,9 +152,10 @@ pub fn subdivide<S: Sampler>(
     // A box above the top: its only child in the grid is the box around everything.
     let mut open = vec![Open { index: [0; 3], activity: ActivityId::ALL, nan: false }];
     for level in (0..=top as u8).rev() {
-        progress.expect(open.len().div_ceil(CHUNK) as u64);
+        let chunk = (open.len() / TASKS).clamp(1, CHUNK);
+        progress.expect(open.len().div_ceil(chunk) as u64);
         let found = open
-            .par_chunks(CHUNK)
+            .par_chunks(chunk)
             .map(|parents| {
                 let make = || Scratch::new(sampler);
                 let task =
