@@ -3,6 +3,7 @@
 use crate::expr::{Graph, NodeId, Oracle};
 use crate::geom::Aabb;
 use crate::solid::Solid;
+use std::borrow::Cow;
 use std::sync::Arc;
 
 /// Knows the words of the language.
@@ -235,6 +236,10 @@ pub struct Refusal {
 
 /// `word` as vocabularies spell it: lower case, `-` for `_`.
 #[must_use]
-pub fn normalized(word: &str) -> String {
-    word.to_lowercase().replace('_', "-")
+pub fn normalized(word: &str) -> Cow<'_, str> {
+    // As most words are written.
+    if word.bytes().all(|c| c.is_ascii() && !c.is_ascii_uppercase() && c != b'_') {
+        return Cow::Borrowed(word);
+    }
+    Cow::Owned(word.to_lowercase().replace('_', "-"))
 }
