@@ -36,7 +36,7 @@ fn check(name: &str, job: &Job) {
     let settings = Settings::with_spacing(bounds.size().max_element() / 70.0);
     let how = |engine, pruning| Settings { engine, pruning, ..settings.clone() };
     let expected = bytes(job, &how(Engine::Interpreter, Pruning::None), 1);
-    for engine in [Engine::Interpreter, Engine::Automatic] {
+    for engine in [Engine::Interpreter, Engine::Pruned, Engine::Automatic] {
         for pruning in [Pruning::Intervals, Pruning::None] {
             for threads in [1, 2, 4] {
                 let found = bytes(job, &how(engine, pruning), threads);
@@ -51,6 +51,27 @@ fn meshes_do_not_depend_on_threads_engine_or_pruning() {
     for program in PROGRAMS {
         check(program, &job(program));
     }
+}
+
+/// Balls, rings and rods in all positions, some cut from others, as many as `count`.
+fn many_parts(count: usize) -> String {
+    let part = |i: usize| {
+        let part = |k: usize| (i * k + i * i) as f64 * 0.618_034 % 1.0;
+        let kind = ["sphere", "torus", "capsule", "sphere"][i % 4];
+        let join = ["union", "union", "difference", "union"][i % 4];
+        let join = if i == 0 { "" } else { join };
+        let [x, y, z] = [part(7), part(11), part(13)].map(|at| 2.0 * at - 1.0);
+        let size = 0.06 + 0.1 * part(3);
+        format!("{kind} scale {size} rotate {i} 1,2,3 translate {x},{y},{z} {join} ")
+    };
+    (0..count).map(part).collect()
+}
+
+#[test]
+fn meshes_of_many_parts_do_not_depend_on_threads_engine_or_pruning() {
+    check("many parts", &job(&many_parts(160)));
+    // With flat cuts through the parts.
+    check("many parts in a box", &job(&format!("{} box scale 0.7", many_parts(80))));
 }
 
 #[test]

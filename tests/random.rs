@@ -131,6 +131,8 @@ fn check_mesh(random: &mut Random, words: &[String]) {
     assert!(sparse == together, "four threads differ from one");
     let dense = bytes(&job, &how(Engine::Interpreter, Pruning::None), one);
     assert!(sparse == dense, "the sparse mesh differs from the dense one");
+    let pruned = bytes(&job, &how(Engine::Pruned, Pruning::Intervals), four);
+    assert!(sparse == pruned, "the mesh of a pruned program differs");
     if let Some(bytes) = sparse {
         let (mesh, _) = io::read_bytes("mesh", &bytes, Some(Format::Ply)).unwrap();
         let found = check(&mesh);

@@ -66,7 +66,7 @@ impl Enclosing {
     pub(super) fn new(program: BoxProgram, engine: Engine, bits: usize) -> Self {
         let compiled = OnceLock::new();
         let is_interpreted = match engine {
-            Engine::Interpreter => true,
+            Engine::Interpreter | Engine::Pruned => true,
             Engine::Compiled => false,
             Engine::Automatic => program.instructions().len() > LARGE,
         };
@@ -99,7 +99,9 @@ impl Enclosing {
         }
         let before = self.boxes.fetch_add(boxes, Ordering::Relaxed);
         let is_due = match self.engine {
-            Engine::Interpreter | Engine::Automatic => before < MANY && before + boxes >= MANY,
+            Engine::Interpreter | Engine::Pruned | Engine::Automatic => {
+                before < MANY && before + boxes >= MANY
+            }
             Engine::Compiled => true,
         };
         // A program that can't be compiled is interpreted.

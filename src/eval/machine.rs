@@ -81,7 +81,7 @@ impl Machine {
             Self::Interpreter(Box::new(Interpreted { brick, lines: Axis::ALL.map(line) }))
         };
         match engine {
-            Engine::Interpreter => Ok(interpreted()),
+            Engine::Interpreter | Engine::Pruned => Ok(interpreted()),
             Engine::Compiled => compiled(),
             Engine::Automatic if brick.tape().len() > LARGE => Ok(interpreted()),
             Engine::Automatic => Ok(compiled().unwrap_or_else(|_| interpreted())),

@@ -1,8 +1,8 @@
 //! Engines: what turns expressions into numbers.
 //!
 //! A [`Sampler`] is an expression bound to a grid of coordinates; contouring, measuring and
-//! rendering see nothing else. Two engines implement it, the interpreter and the compiler, and
-//! return the same bits.
+//! rendering see nothing else. Three engines implement it and return the same bits: the interpreter,
+//! the compiler, and, for huge expressions, the interpreter of what each box needs.
 
 pub mod balance;
 pub mod compared;
@@ -16,6 +16,7 @@ pub mod levels;
 pub mod lower;
 mod machine;
 pub mod program;
+mod pruned;
 pub mod rates;
 pub mod regions;
 pub mod sampler;
@@ -23,6 +24,7 @@ pub mod schedule;
 pub mod sign;
 pub mod tape;
 pub mod vicinity;
+mod whole;
 
 pub use program::{Bound, Engine, Program, ProgramError, Workspace};
 pub use rates::{BoundRates, Rates};

@@ -80,7 +80,7 @@ impl Rates {
         };
         let compiled = || Lines::compile(&lines, &leaves).map(Box::new).map(Machine::Compiled);
         let machine = match engine {
-            Engine::Interpreter => interpreted(),
+            Engine::Interpreter | Engine::Pruned => interpreted(),
             Engine::Compiled => compiled()?,
             Engine::Automatic if lines[0].tape().len() > super::machine::LARGE => interpreted(),
             Engine::Automatic => compiled().unwrap_or_else(|_| interpreted()),

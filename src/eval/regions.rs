@@ -110,6 +110,18 @@ impl Bits {
         bits
     }
 
+    /// The bits of choices that are numbered: `2 n` and `2 n + 1` for number `n` below `count`.
+    ///
+    /// A bit may be clear only where its side is dead, or where nothing needs the choice.
+    #[must_use]
+    pub fn of_choices(numbered: impl Iterator<Item = (Key, u32)>, count: usize) -> Self {
+        let bits = |number: u32| [Some(2 * number), Some(2 * number + 1)];
+        let choices = numbered
+            .map(|(key, number)| (key, ChoiceBits { sides: bits(number), around: None }))
+            .collect();
+        Self { choices, count: 2 * count }
+    }
+
     /// The same bits for a rewritten expression, `image` giving the new node of each old one.
     #[must_use]
     pub fn through(&self, image: impl Fn(NodeId) -> Option<NodeId>) -> Self {

@@ -37,7 +37,10 @@ impl Kept {
             return Ok(program.clone());
         }
         let bricks = grid.bricks().iter().map(|&n| n as usize).product::<usize>();
-        let is_passing = previous.is_none() && engine == Engine::Automatic && bricks <= FEW_BRICKS;
+        let is_passing = previous.is_none()
+            && engine == Engine::Automatic
+            && bricks <= FEW_BRICKS
+            && !Program::is_huge(graph, field);
         let engine = if is_passing { Engine::Interpreter } else { engine };
         let program = Program::new(graph, field, engine)?;
         *kept() = Some((engine, program.clone()));

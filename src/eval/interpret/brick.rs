@@ -6,7 +6,7 @@
 
 use super::buffers::allocate;
 use super::code::{self, Buffers, Call, Frame, Instruction, Layout, PLANE, Shape, Source};
-use super::lanes::View;
+use super::rows::View;
 use crate::eval::leaves::{LeafValues, Leaves};
 use crate::eval::regions::is_set;
 use crate::eval::sampler::{BRICK, BrickSigns};

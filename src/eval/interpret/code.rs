@@ -4,7 +4,7 @@
 //! tables and buffers ([`Source`]) and write one buffer. Buffers are shared by operations whose
 //! values are not alive at the same time.
 
-use super::lanes::{self, ROW, View};
+use super::rows::{self, ROW, View};
 use crate::eval::leaves::LeafValues;
 use crate::eval::regions::is_set;
 use crate::eval::schedule::Schedule;
@@ -193,15 +193,15 @@ fn step(
     let target = &mut values[..lanes];
     let view = |i: usize| frame.view(operands[i], shape, buffers);
     match action {
-        Action::Unary(op) => lanes::unary(op, view(0), target),
-        Action::Binary(op) => lanes::binary(op, view(0), view(1), target),
+        Action::Unary(op) => rows::unary::<ROW>(op, view(0), target),
+        Action::Binary(op) => rows::binary::<ROW>(op, view(0), view(1), target),
         Action::Choose(extremum, bits) => match dead(bits, frame.activity) {
             Some(side) => view(1 - side).copy_to(target),
-            None => lanes::binary(extremum.operator(), view(0), view(1), target),
+            None => rows::binary::<ROW>(extremum.operator(), view(0), view(1), target),
         },
         Action::Pick(extremum, bits) => match dead(bits, frame.activity) {
             Some(side) => view(3 - side).copy_to(target),
-            None => lanes::pick(extremum, [0, 1, 2, 3].map(view), target),
+            None => rows::pick::<ROW>(extremum, [0, 1, 2, 3].map(view), target),
         },
         Action::Gather { axis, table } => {
             let table = frame.leaves.table(axis, table, 0);

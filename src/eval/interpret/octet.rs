@@ -12,7 +12,7 @@ pub(in crate::eval) const LANES: usize = 8;
 
 /// Eight enclosures.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Octet {
+pub(in crate::eval) struct Octet {
     lo: [f64; LANES],
     hi: [f64; LANES],
     /// Bit `i` is set where lane `i` may be NaN.
@@ -20,9 +20,9 @@ pub(super) struct Octet {
 }
 
 impl Octet {
-    pub(super) const ZERO: Self = Self { lo: [0.0; LANES], hi: [0.0; LANES], nan: 0 };
+    pub(in crate::eval) const ZERO: Self = Self { lo: [0.0; LANES], hi: [0.0; LANES], nan: 0 };
 
-    pub(super) fn splat(value: Interval) -> Self {
+    pub(in crate::eval) fn splat(value: Interval) -> Self {
         Self {
             lo: [value.lo; LANES],
             hi: [value.hi; LANES],
@@ -31,19 +31,19 @@ impl Octet {
     }
 
     #[inline(always)]
-    pub(super) fn lane(&self, i: usize) -> Interval {
+    pub(in crate::eval) fn lane(&self, i: usize) -> Interval {
         Interval { lo: self.lo[i], hi: self.hi[i], nan: self.nan >> i & 1 == 1 }
     }
 
     #[inline(always)]
-    pub(super) fn set_lane(&mut self, i: usize, value: Interval) {
+    pub(in crate::eval) fn set_lane(&mut self, i: usize, value: Interval) {
         self.lo[i] = value.lo;
         self.hi[i] = value.hi;
         self.nan = self.nan & !(1 << i) | u8::from(value.nan) << i;
     }
 
     #[inline(always)]
-    pub(super) fn from_lanes(lane: impl Fn(usize) -> Interval) -> Self {
+    pub(in crate::eval) fn from_lanes(lane: impl Fn(usize) -> Interval) -> Self {
         let mut octet = Self::ZERO;
         for i in 0..LANES {
             let value = lane(i);
@@ -55,23 +55,23 @@ impl Octet {
     }
 
     /// The lower ends.
-    pub(super) const fn lower(&self) -> &[f64; LANES] {
+    pub(in crate::eval) const fn lower(&self) -> &[f64; LANES] {
         &self.lo
     }
 
     /// The upper ends.
-    pub(super) const fn upper(&self) -> &[f64; LANES] {
+    pub(in crate::eval) const fn upper(&self) -> &[f64; LANES] {
         &self.hi
     }
 
     /// The lanes that may be NaN, as bits.
-    pub(super) const fn nan(&self) -> u8 {
+    pub(in crate::eval) const fn nan(&self) -> u8 {
         self.nan
     }
 
     /// The largest magnitude in each lane.
     #[inline(always)]
-    pub(super) fn magnitude(&self) -> [f64; LANES] {
+    pub(in crate::eval) fn magnitude(&self) -> [f64; LANES] {
         std::array::from_fn(|i| greater(self.lo[i].abs(), self.hi[i].abs()))
     }
 
@@ -171,7 +171,7 @@ fn greater(a: f64, b: f64) -> f64 {
 
 /// Encloses an operator of one operand.
 #[inline(always)]
-pub(super) fn unary(op: Unary, a: &Octet) -> Octet {
+pub(in crate::eval) fn unary(op: Unary, a: &Octet) -> Octet {
     match op {
         Unary::Neg => a.ends(|lo, hi| (-hi, -lo)),
         Unary::Abs => a.ends(|lo, hi| (greater(greater(lo, -hi), 0.0), greater(hi, -lo))),
@@ -218,13 +218,13 @@ fn wave(
 
 /// Encloses the product of a value with itself.
 #[inline(always)]
-pub(super) fn square(a: &Octet) -> Octet {
+pub(in crate::eval) fn square(a: &Octet) -> Octet {
     unary(Unary::Abs, a).ends(|lo, hi| (lo * lo, hi * hi))
 }
 
 /// Encloses an operator of two operands.
 #[inline(always)]
-pub(super) fn binary(op: Binary, a: &Octet, b: &Octet) -> Octet {
+pub(in crate::eval) fn binary(op: Binary, a: &Octet, b: &Octet) -> Octet {
     match op {
         Binary::Add if both_finite(a, b) => a.zip(b, |al, ah, bl, bh| (al + bl, ah + bh)),
         Binary::Sub if both_finite(a, b) => a.zip(b, |al, ah, bl, bh| (al - bh, ah - bl)),
@@ -258,7 +258,7 @@ fn each_binary(op: Binary, a: &Octet, b: &Octet) -> Octet {
 
 /// Encloses a pick.
 #[inline(never)]
-pub(super) fn pick(extremum: Extremum, operands: [&Octet; 4]) -> Octet {
+pub(in crate::eval) fn pick(extremum: Extremum, operands: [&Octet; 4]) -> Octet {
     Octet::from_lanes(|i| enclosure::pick(extremum, operands.map(|o| o.lane(i))))
 }
 

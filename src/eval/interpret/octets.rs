@@ -376,16 +376,26 @@ impl Wave {
                 *sum += magnitude;
             }
         }
-        Octet::from_lanes(|i| {
-            if sums[i].is_nan() || sums[i] > LARGEST_SUM {
-                return Interval::ANYTHING;
-            }
-            let (allowance, range) = (self.split.allowance(sums[i]), source.lane(i));
-            Interval {
-                lo: (range.lo - allowance).max(-Split::LARGEST),
-                hi: (range.hi + allowance).min(Split::LARGEST),
-                nan: range.nan,
-            }
-        })
+        split_range(&self.split, &sums, source)
     }
+}
+
+/// The range of the split form of a sine or cosine whose source form has the range `source`, the
+/// magnitudes of the terms summing up to at most `magnitudes`.
+pub(in crate::eval) fn split_range(
+    split: &Split,
+    magnitudes: &[f64; LANES],
+    source: &Octet,
+) -> Octet {
+    Octet::from_lanes(|i| {
+        if magnitudes[i].is_nan() || magnitudes[i] > LARGEST_SUM {
+            return Interval::ANYTHING;
+        }
+        let (allowance, range) = (split.allowance(magnitudes[i]), source.lane(i));
+        Interval {
+            lo: (range.lo - allowance).max(-Split::LARGEST),
+            hi: (range.hi + allowance).min(Split::LARGEST),
+            nan: range.nan,
+        }
+    })
 }

@@ -60,6 +60,10 @@ mod interpreter {
     super::conformance!(super::Engine::Interpreter);
 }
 
+mod pruned {
+    super::conformance!(super::Engine::Pruned);
+}
+
 /// An expression on a grid.
 struct Case {
     name: String,
@@ -103,7 +107,7 @@ fn check(engine: Engine, case: &Case, source: &mut Source) {
     let everything = vec![u64::MAX; bound.activity_words()];
     let top = bricks.iter().map(|b| b.next_power_of_two().ilog2()).max().unwrap() as u8;
     let (sampled, sampled_root) = program.sampled();
-    ranges::check(&bound, case, source);
+    ranges::check(engine, &bound, case, source);
     for z in 0..bricks[2] {
         for y in 0..bricks[1] {
             for x in 0..bricks[0] {
