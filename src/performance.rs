@@ -1,67 +1,85 @@
 //! Where the time goes, what sets the floor, and what was tried and did not pay.
 //!
-//! A page for whoever makes this faster; there is no code here. Dated figures with machine and commit are
-//! in `benches/record`; the ones below explain choices and are ratios wherever ratios will do. Two
-//! habits keep such figures honest on a shared machine: compare two builds in turn and take the
-//! least user time of each, or count instructions (`valgrind --tool=callgrind`, which repeats to
-//! the last digit).
+//! A page for whoever makes this faster; there is no code here. Dated figures with machine and
+//! commit are in `benches/record`; the ones below explain choices and are ratios wherever ratios
+//! will do. Two habits keep such figures honest on a shared machine: compare two builds in turn and
+//! take the least user time of each, or count instructions (`valgrind --tool=callgrind`, which
+//! repeats to the last digit).
 //!
 //! # The headline job and its roofline
 //!
-//! `cesogen -s 2/800 -o out.ply gyroid box`: 801³ nodes, 16.3 million triangles, 309 MB. A program with
-//! the gyroid written in by hand, without flat cuts, without the rule that keeps vertices off nodes,
-//! with fused multiplications and roots good to single precision, needs 0.46 s of CPU time on a
-//! quiet 2.1 GHz Xeon. Run side by side, this crate takes 1.5 times as long as that program, and
-//! 1.6 times as long in user mode. Stage by stage, one thread, a profile of both in turn on a busy machine
-//! (read it as ratios):
+//! `cesogen -s 2/800 -o out.ply gyroid box`: 801³ nodes, 16.3 million triangles, 309 MB. A program
+//! with the gyroid written in by hand, without flat cuts, without the rule that keeps vertices off
+//! nodes, with fused multiplications and roots good to single precision, needs 0.46 s of CPU time
+//! on a quiet 2.1 GHz Xeon. Run side by side, this crate takes 1.4 times as long as that program in
+//! user mode. Stage by stage, one thread: a profile of both in turn on a busy machine, and on
+//! another one the least of five runs, in turn, of the program of that profile and of the present
+//! one (read both as ratios):
 //!
-//! | stage | unit | here, ns | by hand, ns | what the difference is |
-//! |---|---|---|---|---|
-//! | sample | sample | 0.91 | 0.36 | general planes of compiled code, no fused multiplication |
-//! | count | vertex | 9.3 | 10.9 | |
-//! | number | vertex | 7.4 | 6.2 | 17³ rows a brick are filled, whatever is crossed |
-//! | place | vertex | 64 | 24 | roots to rounding in double precision; below |
-//! | faces | triangle | 11.7 | 10.4 | |
-//! | encode | triangle | 3 | 0 | a [`Sink`](crate::mesh::Sink) takes typed arrays, not bytes |
-//! | kernel | byte | 0.65 | 0.61 | renaming over an existing file makes ext4 flush it |
+//! | stage | unit | by hand, ns | then, ns | then, elsewhere | now, elsewhere | what the difference is |
+//! |---|---|---|---|---|---|---|
+//! | sample | sample | 0.36 | 0.91 | 0.65 | 0.25 | regions left out near the surface |
+//! | count | vertex | 10.9 | 9.3 | 6.6 | 4.8 | |
+//! | number | vertex | 6.2 | 7.4 | 4.8 | 4.5 | 17³ rows a brick are filled, whatever is crossed |
+//! | place | vertex | 24 | 64 | 33 | 28 | roots to rounding in double precision; below |
+//! | faces | triangle | 10.4 | 11.7 | 5.2 | 5.5 | |
+//! | encode | triangle | 0 | 3 | 1.2 | 1.2 | a [`Sink`](crate::mesh::Sink) takes typed arrays, not bytes |
+//! | kernel | byte | 0.61 | 0.65 | | | renaming over an existing file makes ext4 flush it |
 //!
-//! Subdivision is 1 to 3 % of the job. The cost of a vertex, everything included, is flat within 11 % from 401³ to
-//! 1601³, and a field with surface in every brick costs 1.2 times that.
+//! Subdivision is 3 % of the job. The cost of a vertex, everything included, is flat within 11 %
+//! from 401³ to 1601³, and a field with surface in every brick costs 1.2 times that.
 //!
-//! Placing a vertex, in ns: compiled loops 13, gathering thirteen numbers an edge 9, sines and
-//! cosines of two evaluations 8, arithmetic of the steps 7, dispatching actions 5.5, storing 4.6,
-//! listing edges 4.5, copies into and out of workspaces 3. The next steps are larger batches (one of a brick and
-//! axis has about 80 edges), results read where they are, and fewer rounds for the lanes that stay
-//! open: a quarter of the batches keep some, for eleven rounds on average.
+//! Placing a vertex takes 350 instructions at 401³ (by one evaluation a root; 460 by two): values
+//! and slopes at both ends of an edge 99, one evaluation in between 75 (sine and cosine 22), what
+//! depends on the other axes 44, guesses and steps 50, putting vertices in their places 57 (those
+//! in outer planes are moved), listing edges 23. By the clock the gain is less; what the loops wait
+//! for has not been measured.
+//!
+//! Re-evaluating volume, area and density of a gyroid at 101³ in `serve` takes 145 million
+//! instructions (188 by two evaluations a root), 13.5 ms of CPU time (16.2): placing half of it,
+//! keeping and measuring the mesh a fifth. There a fifth of the edges lie in outer planes, and
+//! their roots are found twice, from ends that are flat on one side.
 //!
 //! # What pays
 //!
-//! * **Hoisting** what depends on one or two axes is worth 20 to 50 times on periodic surfaces, more
-//!   than any instruction set. Sines of sums are split by the addition theorem ([`crate::eval::lower`]),
-//!   with three multiplications: a gyroid about any vector has 20 operations a sample where the straight
-//!   one has 4, and costs 4.1 to 4.4 times as much.
+//! * **Hoisting** what depends on one or two axes is worth 20 to 50 times on periodic surfaces,
+//!   more than any instruction set. Sines of sums are split by the addition theorem
+//!   ([`crate::eval::lower`]), with three multiplications: a gyroid about any vector has 20
+//!   operations a sample where the straight one has 4, and costs 4.1 to 4.4 times as much.
 //! * **Signs, not values**: the compiled sign program sees through monotone operations with constants
 //!   and through roots to a threshold on the argument. Twenty balls cost a third of what they did.
 //! * **One table entry a pair of axes and brick**: values on x and z or on y and z are computed 256
 //!   at a time. `sin(tau*x*(1+0.2*z))` costs little more than a hoisted wave.
-//! * **Two evaluations a root**: a guess, a cubic through both ends, value and slope, one more
-//!   evaluation and a Newton step that is accepted only where its error is below rounding. Five
-//!   evaluations before; a fifth of all instructions of the job.
+//! * **One evaluation a root**: values and slopes at both ends give a cubic, which gives the guess
+//!   and the curvature there; the step from the evaluation is accepted only where the cubic
+//!   foretold the slope so well that the step's error is below rounding. From five evaluations to
+//!   two it was a fifth of all instructions of the job, from two to one a twentieth: slopes at the
+//!   ends cost half of what the second one did.
+//! * **Knowing why edges stay open**: nearly all of them were in outer planes, flat at their inner
+//!   ends. Newton's method from outside overshoots into the flat part half of the time, and
+//!   bisection took over for ten rounds. They take one or two now. On the faces of a turned box,
+//!   whose distance has no slope at its zero, bisection went on to the end: a gyroid in such a box
+//!   took 2.2 times as many instructions at 101³.
+//! * **Regions left out near the surface, found with the ranges**: a part that a lattice fills
+//!   drops out of the bricks well inside of it. Sampling the gyroid in a box fell from 284 to 105
+//!   million instructions at 401³, everything by an eighth.
+//! * **Numbers picked from tables inside the compiled loops**, not gathered to buffers by calls: 2
+//!   %, and less code.
 //! * **Sine and cosine over two vectors side by side**, polynomials in pairs: a quarter off.
-//! * **Writing past the page cache** beyond 2 GiB: kernel time of a 2.3 GB file fell from 2.7 s to 0.3 s.
-//!   Room is set aside first: a direct write into a hole takes the file for itself until the disk is
-//!   done, and two writers work as one.
+//! * **Writing past the page cache** beyond 2 GiB: kernel time of a 2.3 GB file fell from 2.7 s to
+//!   0.3 s. Room is set aside first: a direct write into a hole takes the file for itself until the
+//!   disk is done, and two writers work as one.
 //! * **Mesh distance in single precision first**: leaves of eight faces are tried in `f32` and only
 //!   faces in doubt are measured in `f64`; boxes turned to the mean normal of their faces; bricks
 //!   along a serpentine. Four to nine times on scattered points. What is in doubt is measured by the
 //!   longest edge, not by the mesh: a tenth.
 //! * **Asking an oracle for what shows and no more**: where only signs are wanted a distance at one
 //!   point settles all points nearer than it is far from the level ([`crate::eval::compared`]): two
-//!   exact values for every cell of the surface where a brick has sixteen. On lines, the values that lose
-//!   against the lattice are passed over. A bunny of 60 k triangles filled with 8 gyroid cells takes
-//!   0.23 s of CPU time instead of 0.97 s at 100 samples (Scaffolder, in turn: 14.8 s), 1.05 s instead
-//!   of 13.2 s at 400. Of the former, two fifths are distances on edges, a tenth those of samples,
-//!   a third reading the mesh and preparing its tree.
+//!   exact values for every cell of the surface where a brick has sixteen. On lines, the values
+//!   that lose against the lattice are passed over. A bunny of 60 k triangles filled with 8 gyroid
+//!   cells takes 0.23 s of CPU time instead of 0.97 s at 100 samples (Scaffolder, in turn: 14.8 s),
+//!   1.05 s instead of 13.2 s at 400. Of the former, two fifths are distances on edges, a tenth
+//!   those of samples, a third reading the mesh and preparing its tree.
 //!
 //! * **Nothing arranged for the whole of a huge expression** ([`Engine::Pruned`](crate::eval::Engine)). A box
 //!   asks for what is alive in it, and a walk down the sides of extrema costs what it finds. Before,
@@ -93,7 +111,8 @@
 //! | memory-mapped output; through the page cache: `fallocate`, other block sizes | even or worse |
 //! | faces of 13 bytes by two overlapping stores | 14 instructions a triangle against 7.7 |
 //! | gathers of edges indexed lane by lane over several tables | 171 million instructions against 119 for blocks of eight lanes |
-//! | slopes at both ends of an edge for a better first guess | an estimated 3 %, not built |
+//! | batches of the edges of several bricks of one activity | 1604 million instructions at 401³ either way: filling them costs what fewer calls save |
+//! | triangles measured in vectors | half of it is fetching corners: 1 to 2 % of a re-evaluation |
 //! | product-to-sum for products of waves | 23 operations and 12 constants: more than the registers hold |
 //! | recurrences along a row | a sample's bits would depend on where its row begins |
 //! | four vectors of sines side by side instead of two | no clear gain |
@@ -108,9 +127,10 @@
 //!
 //! # Walls ahead
 //!
-//! Cranelift has vectors of 128 bits only. A gyroid about any vector is bound by multiplications there; twice the
-//! width needs an assembler of our own for the inner loop. A phase that depends on all three axes
-//! (`gyroid-graded`) costs three sines and cosines a sample, 7 ns at 256 bits: nothing can be hoisted.
-//! A distance at a point of a grid takes 14 nodes, 7 leaves and 4 or 5 exact faces around 60 k
-//! triangles, whatever its neighbours: a grid that coarse shares little. Four tenths of the time are
-//! boxes, three tenths leaves, the rest exact faces and signs; twice as fast would need a better tree.
+//! Cranelift has vectors of 128 bits only. A gyroid about any vector is bound by multiplications
+//! there; twice the width needs an assembler of our own for the inner loop. A phase that depends on
+//! all three axes (`gyroid-graded`) costs three sines and cosines a sample, 7 ns at 256 bits:
+//! nothing can be hoisted. A distance at a point of a grid takes 14 nodes, 7 leaves and 4 or 5
+//! exact faces around 60 k triangles, whatever its neighbours: a grid that coarse shares little.
+//! Four tenths of the time are boxes, three tenths leaves, the rest exact faces and signs; twice as
+//! fast would need a better tree.

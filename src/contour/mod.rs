@@ -18,6 +18,7 @@ mod bits;
 mod coarse;
 mod faces;
 pub mod grid;
+mod guess;
 mod numbering;
 mod place;
 mod roots;

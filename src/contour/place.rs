@@ -61,8 +61,9 @@ struct Rim {
     /// The brick and the number in it of the ghost beside the edge's lower node.
     brick: [u32; 3],
     ghost: u16,
-    /// The edge's place in its batch.
-    lane: u16,
+    /// The edge's lower node and its vertex.
+    node: u16,
+    vertex: usize,
     /// Whether the lower node is inside.
     rising: bool,
 }
@@ -103,7 +104,6 @@ pub struct Placer {
 #[derive(Debug, Default)]
 struct Solver {
     near: Vec<Near>,
-    roots: Vec<f64>,
     rims: Vec<Rim>,
     everything: Vec<u64>,
     kept: Vec<usize>,
@@ -215,117 +215,101 @@ impl Solver {
         out: &mut Vec<[f64; 3]>,
     ) -> Result<(), Failure> {
         let Query { sampler, workspace, brick, activity, axis } = ask;
-        let table = &lines.sampled[axis.index()];
+        let (a, table) = (axis.index(), &lines.sampled[axis.index()]);
         for batch in edges.chunks(BATCH) {
             let mut ask = Query { sampler, workspace: &mut *workspace, brick, activity, axis };
-            let mut roots = self.lanes.solve(arch, &mut ask, batch, table, lines.extent)?;
+            self.lanes.solve(arch, &mut ask, batch, table, lines.extent)?;
+            let (first, roots) = (out.len(), self.lanes.roots(batch.len()));
+            put(a, batch, roots, lines, out);
             if let Some(found) = &mut found {
                 found.edges.extend_from_slice(roots);
             }
+            self.near.extend(self.lanes.near(batch.len()).map(|lane| Near {
+                vertex: first + lane,
+                axis,
+                node: batch[lane],
+            }));
             if !spans.is_plain() {
-                self.roots.clear();
-                self.roots.extend_from_slice(roots);
+                let outer = [0, 1, 2].map(|b| if b == a { 0 } else { spans.0[b].outer });
                 self.rims.clear();
                 self.rims.extend(
-                    (0..)
+                    (first..)
                         .zip(batch)
-                        .filter_map(|(lane, &node)| rim(brick, node, lane, axis, rows, spans)),
+                        .filter_map(|(vertex, &node)| rim(brick, node, vertex, outer, rows)),
                 );
-                self.rims.sort_unstable_by_key(|rim| (rim.brick, rim.lane));
                 self.everything.resize(activity.len(), u64::MAX);
-                for rims in self.rims.chunk_by(|a, b| a.brick == b.brick) {
-                    let brick = rims[0].brick;
-                    let activity = &self.everything;
-                    let workspace = &mut *workspace;
-                    let mut ask = Query { sampler, workspace, brick, activity, axis };
-                    let mut each = |lane: usize, ghost: u16, root: f64| {
-                        if let Some(found) = &mut found {
-                            let vertex = (out.len() + lane) as u32;
-                            found.rims.push(RimRoot { vertex, axis, brick, ghost, root });
-                        }
-                    };
-                    // To the planes: as far again beyond the roots between the ghosts, which are
-                    // sampled halfway, as those are from the roots in the planes. An edge whose signs
-                    // are others there keeps its root.
-                    let mut ghosts = [0; BATCH];
-                    let ghosts = &mut ghosts[..rims.len()];
-                    for (ghost, rim) in ghosts.iter_mut().zip(rims) {
-                        *ghost = rim.ghost;
-                    }
-                    let (lanes, kept) = (&mut self.lanes, &mut self.kept);
-                    let rising = |i: usize| rims[i].rising;
-                    let (ask, extent) = (&mut ask, lines.extent);
-                    let halfway =
-                        lanes.solve_some(arch, ask, ghosts, rising, kept, table, extent)?;
-                    for (&i, &halfway) in kept.iter().zip(halfway) {
-                        let Rim { ghost, lane, .. } = rims[i];
-                        let (a, root) = (axis.index(), &mut self.roots[usize::from(lane)]);
-                        let lower = place_of(ghost)[a];
-                        *root = (2.0 * halfway - *root).clamp(table[lower], table[lower + 1]);
-                        each(usize::from(lane), ghost, halfway);
-                    }
-                }
-                roots = &self.roots;
+                self.meet_planes(arch, ask, table, lines.extent, found.as_deref_mut(), out)?;
             }
-            let near = &mut self.near;
-            match axis {
-                Axis::X => put::<0>(batch, roots, lines, near, out),
-                Axis::Y => put::<1>(batch, roots, lines, near, out),
-                Axis::Z => put::<2>(batch, roots, lines, near, out),
+        }
+        Ok(())
+    }
+
+    /// Moves the vertices in outer planes to the planes: as far again beyond the roots between
+    /// their ghosts, which are sampled halfway, as those are from the roots found.
+    ///
+    /// A vertex on an edge whose signs are others there stays.
+    fn meet_planes<S: Sampler>(
+        &mut self,
+        arch: Arch,
+        ask: Query<'_, S>,
+        table: &[f64; SIDE],
+        extent: f64,
+        mut found: Option<&mut Roots>,
+        out: &mut [[f64; 3]],
+    ) -> Result<(), Failure> {
+        let Query { sampler, workspace, axis, .. } = ask;
+        let Self { near, rims, everything, kept, lanes } = self;
+        let a = axis.index();
+        rims.sort_unstable_by_key(|rim| (rim.brick, rim.vertex));
+        for rims in rims.chunk_by(|a, b| a.brick == b.brick) {
+            let (workspace, activity, brick) = (&mut *workspace, &everything[..], rims[0].brick);
+            let mut ask = Query { sampler, workspace, brick, activity, axis };
+            let mut ghosts = [0; BATCH];
+            let ghosts = &mut ghosts[..rims.len()];
+            for (ghost, rim) in ghosts.iter_mut().zip(rims) {
+                *ghost = rim.ghost;
+            }
+            let rising = |i: usize| rims[i].rising;
+            lanes.solve_some(arch, &mut ask, ghosts, rising, kept, table, extent)?;
+            for (&i, &root) in kept.iter().zip(lanes.roots(kept.len())) {
+                let Rim { ghost, node, vertex, .. } = rims[i];
+                if let Some(found) = &mut found {
+                    found.rims.push(RimRoot { vertex: vertex as u32, axis, brick, ghost, root });
+                }
+                let (at, lower) = (&mut out[vertex][a], place_of(ghost)[a]);
+                *at = (2.0 * root - *at).clamp(table[lower], table[lower + 1]);
+                near.push(Near { vertex, axis, node });
             }
         }
         Ok(())
     }
 }
 
-/// Appends the vertices at `roots` and notes those that may be near nodes.
-fn put<const AXIS: usize>(
-    batch: &[u16],
-    roots: &[f64],
-    lines: &BrickLines,
-    near: &mut Vec<Near>,
-    out: &mut Vec<[f64; 3]>,
-) {
+/// Appends the vertices at `roots` on edges along the axis numbered `axis`.
+fn put(axis: usize, nodes: &[u16], roots: &[f64], lines: &BrickLines, out: &mut Vec<[f64; 3]>) {
+    // As long as a place can be great, so that none needs a test.
+    let mut tables = [[0.0; 2 * BRICK]; 3];
+    for (table, line) in tables.iter_mut().zip(&lines.placed) {
+        table[..SIDE].copy_from_slice(line);
+    }
     let first = out.len();
-    let [px, py, pz] = &lines.placed;
-    out.extend(batch.iter().zip(roots).map(|(node, root)| {
-        let [x, y, z] = place_of(*node);
-        match AXIS {
-            0 => [*root, py[y], pz[z]],
-            1 => [px[x], *root, pz[z]],
-            _ => [px[x], py[y], *root],
-        }
-    }));
-    // Where an edge is left alone: rather too little of it than too much.
-    let placed = &lines.placed[AXIS];
-    let alone: [[f64; 2]; BRICK] = std::array::from_fn(|i| {
-        let margin = 2.0 * TAU * (placed[i + 1] - placed[i]);
-        [placed[i] + margin, placed[i + 1] - margin]
-    });
-    for (lane, (node, root)) in batch.iter().zip(roots).enumerate() {
-        let [low, high] = alone[place_of(*node)[AXIS]];
-        if *root < low || *root > high {
-            near.push(Near { vertex: first + lane, axis: Axis::ALL[AXIS], node: *node });
-        }
+    out.resize(first + nodes.len(), [0.0; 3]);
+    for (vertex, (node, root)) in out[first..].iter_mut().zip(nodes.iter().zip(roots)) {
+        let place = place_of(*node);
+        *vertex = std::array::from_fn(|a| tables[a][place[a] % (2 * BRICK)]);
+        vertex[axis] = *root;
     }
 }
 
-/// The ghosts beside the edge along `axis` from `node`, if it lies in an outer plane.
-fn rim(
-    brick: [u32; 3],
-    node: u16,
-    lane: u16,
-    axis: Axis,
-    rows: &Rows,
-    spans: &Spans,
-) -> Option<Rim> {
+/// The ghosts beside the edge from `node`, if it lies in an outer plane; `outer` tells which places
+/// across the edge are in outer planes.
+fn rim(brick: [u32; 3], node: u16, vertex: usize, outer: [u32; 3], rows: &Rows) -> Option<Rim> {
     let at = place_of(node);
-    let mut beside = [0, 1, 2].map(|a| brick[a] as usize * BRICK + at[a]);
-    let is_outer = |a: usize| a != axis.index() && spans.0[a].outer >> at[a] & 1 == 1;
-    if !(0..3).any(is_outer) {
+    if (outer[0] >> at[0] | outer[1] >> at[1] | outer[2] >> at[2]) & 1 == 0 {
         return None;
     }
-    for a in (0..3).filter(|&a| is_outer(a)) {
+    let mut beside = [0, 1, 2].map(|a| brick[a] as usize * BRICK + at[a]);
+    for a in (0..3).filter(|&a| outer[a] >> at[a] & 1 == 1) {
         // The first node of all is at position 1; the other outer plane is the upper one.
         beside[a] = if beside[a] == 1 { 0 } else { beside[a] + 1 };
     }
@@ -334,7 +318,8 @@ fn rim(
     Some(Rim {
         brick: beside.map(|p| (p / BRICK) as u32),
         ghost,
-        lane,
+        node,
+        vertex,
         rising: rows[z][y] >> x & 1 == 1,
     })
 }

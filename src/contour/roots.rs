@@ -2,7 +2,7 @@
 //!
 //! The values and slopes at both ends of an edge give a cubic, and the cubic a guess; the field is
 //! evaluated there, and the step from there to the root takes the curvature from the cubic
-//! ([`Guess`]). Where the field is smooth and the grid resolves it, that step ends at rounding
+//! ([`super::guess`]). Where the field is smooth and the grid resolves it, that step ends at rounding
 //! ([`Landing`]): one evaluation between the ends settles the edge. Where the slopes at the ends say
 //! that the edge is bent, as at the kinks of sets and on the flat cuts, the guess is the root of
 //! the tangents there instead.
@@ -19,6 +19,8 @@
 //! of the bracket kept by sign instead of by order.
 
 use super::bits::SIDE;
+use super::grid::TAU;
+use super::guess::{Guess, Landing, Moved, tolerance};
 use crate::eval::sampler::Failure;
 use crate::eval::{BRICK, End, Sampler};
 use crate::geom::Axis;
@@ -27,33 +29,12 @@ use pulp::{Arch, NullaryFnOnce};
 /// Most edges in a batch of a sampler.
 pub(super) const BATCH: usize = 256;
 
-/// Step, in edge lengths, below which a root is settled once the step is taken.
-const TOLERANCE: f64 = 1e-13;
-
 /// Step, in edge lengths, below which a Newton step that does not shrink is taken as rounding of
 /// the field, not as a failure to converge.
 const STAGNATION: f64 = 1e-11;
 
 /// Coordinates are known to this fraction of the largest of them.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
-
-/// Step, in edge lengths, that may be the last: its cube is below rounding.
-const LAST_STEP: f64 = 2e-5;
-
-/// Half of the change of the second derivative that goes with a change of the slope, both over the
-/// slope and in edge lengths, at most: the cubic that misses the field's slope by some part of it is
-/// believed to miss the curvature by no more than so many such parts.
-const MISSED: f64 = 16.0;
-
-/// Part of the curvature that is not believed in any case.
-const DOUBTED: f64 = 0.01;
-
-/// An edge is bent where the slope at an end differs from the average slope by more than this part
-/// of that.
-const BENT: f64 = 0.5;
-
-/// Where a tangent led beyond a bend, the next guess keeps this part of the bracket away from there.
-const ASTRAY: f64 = 0.125;
 
 /// A guess this close to an end of the edge, in edge lengths, may as well be at the end.
 const AT_END: f64 = 1e-9;
@@ -133,6 +114,8 @@ pub(super) struct Lanes {
     guesses: Guesses,
     /// All ones where the root is not settled, then zero.
     open: [u64; BATCH + 8],
+    /// All ones where the root may be near a node.
+    near: [u64; BATCH + 8],
     resistant: Resistant,
 }
 
@@ -164,12 +147,13 @@ impl Default for Lanes {
             length: ZERO,
             open,
         };
-        Self { ends: [NOWHERE; 2], guesses: NO_GUESSES, open, resistant }
+        Self { ends: [NOWHERE; 2], guesses: NO_GUESSES, open, near: open, resistant }
     }
 }
 
 impl Lanes {
-    /// Roots on the edges from `nodes`, at most [`BATCH`], between the coordinates in `table`.
+    /// Finds the roots on the edges from `nodes`, at most [`BATCH`], between the coordinates in
+    /// `table`.
     pub(super) fn solve<S: Sampler>(
         &mut self,
         arch: Arch,
@@ -177,10 +161,21 @@ impl Lanes {
         nodes: &[u16],
         table: &[f64; SIDE],
         extent: f64,
-    ) -> Result<&[f64], Failure> {
+    ) -> Result<(), Failure> {
         ask.begin(nodes)?;
         ask.ends(&mut self.ends, nodes.len())?;
         self.settle(arch, ask, nodes, table, extent)
+    }
+
+    /// The roots on the first `n` edges of the last batch.
+    pub(super) fn roots(&self, n: usize) -> &[f64] {
+        &self.guesses.points.at[..n]
+    }
+
+    /// Those of the first `n` edges of the last batch whose roots may be within [`TAU`] of a node, and
+    /// some more.
+    pub(super) fn near(&self, n: usize) -> impl Iterator<Item = usize> {
+        (0..n).filter(|lane| self.near[*lane] != 0)
     }
 
     /// As [`solve`](Self::solve), of edges that may have no root between their ends, or one in the
@@ -196,7 +191,7 @@ impl Lanes {
         kept: &mut Vec<usize>,
         table: &[f64; SIDE],
         extent: f64,
-    ) -> Result<&[f64], Failure> {
+    ) -> Result<(), Failure> {
         ask.begin(nodes)?;
         ask.ends(&mut self.ends, nodes.len())?;
         let [below, above] = self.ends.each_ref().map(|ends| &ends.value);
@@ -211,7 +206,7 @@ impl Lanes {
             nodes[to] = nodes[from];
         }
         if kept.is_empty() {
-            return Ok(&[]);
+            return Ok(());
         }
         self.solve(arch, ask, &nodes[..kept.len()], table, extent)
     }
@@ -224,7 +219,7 @@ impl Lanes {
         nodes: &[u16],
         table: &[f64; SIDE],
         extent: f64,
-    ) -> Result<&[f64], Failure> {
+    ) -> Result<(), Failure> {
         let (n, rounding) = (nodes.len(), ROUNDING * extent);
         let shift = 4 * ask.axis.index();
         let [lower, upper] = &mut self.ends;
@@ -237,7 +232,7 @@ impl Lanes {
         if arch.dispatch(Settling { lanes: self, n, rounding }) > 0 {
             self.persist(arch, ask, nodes, rounding)?;
         }
-        Ok(&self.guesses.points.at[..n])
+        Ok(())
     }
 
     /// Settles the edges that are open.
@@ -249,7 +244,7 @@ impl Lanes {
         nodes: &[u16],
         rounding: f64,
     ) -> Result<(), Failure> {
-        let Self { ends, guesses, open, resistant } = self;
+        let Self { ends, guesses, open, resistant, .. } = self;
         let mut n = 0;
         for (lane, node) in nodes.iter().enumerate().filter(|(lane, _)| open[*lane] != 0) {
             (resistant.nodes[n], resistant.place[n]) = (*node, lane as u16);
@@ -307,121 +302,6 @@ impl Guesses {
     }
 }
 
-/// Where a root is thought to be on a bracket, inside at 0 and outside at 1.
-#[derive(Clone, Copy)]
-struct Guess {
-    /// The place; anything if it is not between 0 and 1.
-    at: f64,
-    /// The slope there, by the length of the bracket.
-    slope: f64,
-    /// Half the second derivative over the slope there.
-    curvature: f64,
-    /// Whether the root is thought to be elsewhere, but should be looked for from here.
-    is_detour: bool,
-}
-
-/// An end of a bracket that has just been moved to where it is.
-#[derive(Clone, Copy)]
-struct Moved {
-    /// Whether it is the end inside.
-    is_inner: bool,
-    /// Half the second derivative over the slope, by the length of the bracket.
-    curvature: f64,
-}
-
-impl Guess {
-    /// The guess from values `f` and slopes `m` (by the length of the bracket) inside and outside.
-    ///
-    /// On a smooth edge it is the root of the cubic that has them, which is
-    ///
-    /// > f(t) = f_0 + t d + t (1 - t) [(1 - t) p - t q], d = f_1 - f_0, p = m_0 - d, q = m_1 - d:
-    ///
-    /// from where the straight line is zero, t_0 = -f_0 / d, by the step of third order
-    /// u - c u² + (2 c² - e) u³, where u = -f / f_t, c = f_tt / 2 f_t and e = f_ttt / 6 f_t. The cubic
-    /// misses the field by its fourth derivative times t² (1 - t)² / 24: of a wave of N edges the
-    /// root is off by some N^-3 edges at most.
-    ///
-    /// On a bent edge it is the first root of the tangents at both ends where the slope grows towards
-    /// the outside, as in a maximum of two fields, and the last one where it shrinks. If an end was
-    /// `moved`, then its tangent is a parabola; the other end's led to the wrong side of the bend,
-    /// and once more would: the guess keeps away from there.
-    #[inline(always)]
-    fn new(f: [f64; 2], m: [f64; 2], moved: Option<Moved>) -> Self {
-        let rise = f[1] - f[0];
-        let straight = -f[0] / rise;
-        let (p, q) = (m[0] - rise, m[1] - rise);
-        let smooth = (p.abs() <= BENT * rise) & (q.abs() <= BENT * rise);
-        let (sum, lead, room) = (p + q, 1.0 - 2.0 * straight, straight * (1.0 - straight));
-        let r = p - straight * sum;
-
-        // Which of the roots -f_0 / m_0 and 1 - f_1 / m_1 is the lesser, without dividing.
-        let first_is_less = -f[0] * m[1] < m[0] * (m[1] - f[1]);
-        let by_first =
-            if m[1] > 0.0 { (m[0] > 0.0) & (first_is_less == (m[1] > m[0])) } else { true };
-        let value = if by_first { f[0] } else { f[1] };
-        let slope = if by_first { m[0] } else { m[1] };
-        let from = if by_first { 0.0 } else { 1.0 };
-        let value = if smooth { room * r } else { value };
-        let slope = if smooth { rise + lead * r - room * sum } else { slope };
-        let from = if smooth { straight } else { from };
-
-        let per = 1.0 / slope;
-        let u = -(value * per);
-        let (second, third) = (-(r + lead * sum) * per, sum * per);
-        let (mut bend, mut astray) = (0.0, false);
-        if let Some(Moved { is_inner, curvature }) = moved {
-            let is_own = by_first == is_inner;
-            let is_known = is_own & ((curvature * u).abs() <= 0.25);
-            bend = if is_known { curvature } else { 0.0 };
-            astray = !smooth & !is_own;
-        }
-        let second = if smooth { second } else { bend };
-        let third = if smooth { third } else { 0.0 };
-        let step = u - u * u * (second - (2.0 * second * second - third) * u);
-        let (change, turn) = (2.0 * second * step, 3.0 * third * step);
-        let at = from + step;
-        let kept_off = if by_first { at.min(1.0 - ASTRAY) } else { at.max(ASTRAY) };
-        Self {
-            at: if astray { kept_off } else { at },
-            slope: slope * (1.0 + change + turn * step),
-            curvature: (second + turn) * (1.0 - change),
-            is_detour: astray & (kept_off != at),
-        }
-    }
-}
-
-/// The step that ends at the root.
-#[derive(Clone, Copy)]
-struct Landing {
-    root: f64,
-    is_good: bool,
-}
-
-impl Landing {
-    /// The step from a point `at` with that value and slope between the ends of a bracket of which
-    /// a guess has been made.
-    ///
-    /// A step u, in brackets, taken where the curvature is c, ends at u - c u², which c's error
-    /// times u² separates from the root. Terms of third order are below rounding where u is at most
-    /// [`LAST_STEP`].
-    #[inline(always)]
-    fn new(at: [f64; 3], value: f64, slope: f64, guess: [f64; 2], rounding: f64) -> Self {
-        let ([at, inner, outer], [expected, curvature]) = (at, guess);
-        let span = outer - inner;
-        let steep = slope * span;
-        let u = -value / steep;
-        let root = at + span * (u - curvature * (u * u));
-        let between = (root - inner) * (root - outer) <= 0.0;
-        let finite = slope.abs() < f64::INFINITY;
-        let tolerance = tolerance(span.abs(), rounding);
-        let doubt = MISSED * (steep - expected).abs() + DOUBTED * (curvature * steep).abs();
-        let is_small = u.abs() <= LAST_STEP;
-        let ends_there = is_small & (doubt * (u * u) * span.abs() <= tolerance * steep.abs());
-        let is_nothing = (u * span).abs() <= tolerance;
-        Self { root, is_good: between & finite & (is_nothing | ends_there) }
-    }
-}
-
 /// Sets the brackets and the first guesses; a task for [`Arch::dispatch`].
 struct Starting<'a> {
     lanes: &'a mut Lanes,
@@ -472,7 +352,8 @@ impl NullaryFnOnce for Settling<'_> {
 
     #[inline(always)]
     fn call(self) -> usize {
-        let Self { lanes: Lanes { ends: [inner, outer], guesses, open, .. }, n, rounding } = self;
+        let Self { lanes, n, rounding } = self;
+        let Lanes { ends: [inner, outer], guesses, open, near, .. } = lanes;
         let Guesses { points, expected, curvature } = guesses;
         let mut still = 0;
         for lane in 0..n.min(BATCH) {
@@ -480,8 +361,13 @@ impl NullaryFnOnce for Settling<'_> {
             let (value, slope) = (points.value[lane], points.slope[lane]);
             let guess = [expected[lane], curvature[lane]];
             let landing = Landing::new(at, value, slope, guess, rounding);
-            points.at[lane] = if landing.is_good { landing.root } else { at[0] };
+            let root = if landing.is_good { landing.root } else { at[0] };
+            // Rather too near than not; where an open lane's root is, is not known yet.
+            let margin = 2.0 * TAU * (at[2] - at[1]).abs();
+            let is_far = ((root - at[1]).abs() >= margin) & ((root - at[2]).abs() >= margin);
+            points.at[lane] = root;
             open[lane] = if landing.is_good { 0 } else { u64::MAX };
+            near[lane] = if landing.is_good & is_far { 0 } else { u64::MAX };
             still += usize::from(!landing.is_good);
         }
         still
@@ -614,10 +500,4 @@ impl Resistant {
         }
         kept
     }
-}
-
-/// Step that settles a root on an edge of that length.
-#[inline(always)]
-fn tolerance(length: f64, rounding: f64) -> f64 {
-    if TOLERANCE * length > rounding { TOLERANCE * length } else { rounding }
 }
