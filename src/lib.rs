@@ -47,7 +47,7 @@
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`num`] | intervals, elementary functions, lanes, progress |
+//! | [`num`] | intervals, elementary functions, random numbers, lanes, progress |
 //! | [`geom`] | axes, boxes, bounding-volume trees |
 //! | [`expr`] | operators, the graph, simplification, derivatives, oracles |
 //! | [`solid`] | a field with its bounds; primitives, set operations, offsets, motions |
@@ -58,7 +58,7 @@
 //! | [`octree`] | interval subdivision down to bricks |
 //! | [`contour`] | grid, cases, placement, streaming assembly |
 //! | [`measure`] | quantities that need the field as well as the mesh |
-//! | [`cellular`] | the catalogue of periodic surfaces |
+//! | [`cellular`] | catalogues of periodic surfaces and of unit cells, foams, filled parts |
 //! | [`vocabulary`] | the one table of words |
 //! | [`job`] | the facade: program text to mesh and measures |
 //! | [`cli`] | the commands |
@@ -71,6 +71,7 @@
 //! | an operator | [`expr::op`] | exhaustive matches in `expr` and `eval`; the cases of `eval/suite` |
 //! | a rewrite rule | [`expr::simplify`] | its named test |
 //! | a periodic surface | [`cellular::tpms`] | the catalogue's tests; a golden volume in `tests/surfaces.rs` |
+//! | a unit cell | a row of [`cellular::struts::table`] | the table's tests: struts, length, valences |
 //! | a shape or an operation | [`solid`], a row of [`vocabulary`] | the table's tests: help, source, bounds |
 //! | a field without a formula | a file in [`field`] | the contract of [`expr::Oracle`] |
 //! | a mesh format | a file in [`mesh::io`] | `tests/formats.rs` |
