@@ -2,23 +2,27 @@
 //!
 //! The parser, `alveole list`, `--help`, the completions and the reference in the README all read
 //! it. A word is declared here and nowhere else; the periodic surfaces are rows of
-//! [`tpms::CATALOGUE`], from which this table takes them.
+//! [`tpms::CATALOGUE`] and the unit cells of [`table::CELLS`], from which this table takes them.
 //!
 //! Offsets (`dilate`, `erode`, `shell`) are in units of the field. What a field is, [`Exactness`]
 //! says: only for distances is an offset a length.
 
 use crate::cellular::fill::{Filling, Trim, fill};
+use crate::cellular::spinodoid::{self, Spinodoid};
+use crate::cellular::struts::voronoi::{self, Part};
+use crate::cellular::struts::{Cell, Sizes, bubbles, table};
 use crate::cellular::tpms;
-use crate::expr::Graph;
+use crate::expr::{Graph, NodeId};
 use crate::geom::Axis;
-use crate::lang::word::MakeShape;
-use crate::lang::{Action, Argument, Arguments, Domain, Presence, Shape, Vocabulary, Word};
+use crate::lang::{
+    Action, Argument, Arguments, Domain, MakeShape, Presence, Shape, Vocabulary, Word,
+};
 use crate::solid::blends::Ramp;
 use crate::solid::maps::{Cylindrical, Spherical};
 use crate::solid::walls::Method;
 use crate::solid::{Solid, primitives};
 use rustc_hash::FxHashMap;
-use std::sync::LazyLock;
+use std::sync::{Arc, LazyLock};
 
 /// What the values of a shape's field are, away from its surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -65,8 +69,8 @@ pub enum Kind {
     Shape {
         /// What its field is.
         exactness: Exactness,
-        /// The formula of a periodic surface, as an equation; see [`tpms::Surface::formula`].
-        formula: Option<&'static str>,
+        /// What it belongs with.
+        family: Family,
         /// Makes it.
         make: Box<MakeShape>,
     },
@@ -74,6 +78,22 @@ pub enum Kind {
     Unary(fn(&mut Graph, Solid, &Arguments) -> Solid),
     /// Combines two solids.
     Binary(fn(&mut Graph, Solid, Solid, &Arguments) -> Solid),
+}
+
+/// What a shape belongs with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Family {
+    /// Shapes with a closed form.
+    Primitive,
+    /// Periodic surfaces.
+    Surface {
+        /// The formula, as an equation; see [`tpms::Surface::formula`].
+        formula: &'static str,
+    },
+    /// Lattices of struts or plates.
+    Cell,
+    /// Foams and other solids from a seed.
+    Random,
 }
 
 /// The table as the language reads it.
@@ -93,6 +113,10 @@ impl Vocabulary for Words {
 
     fn spellings(&self) -> Vec<&str> {
         rows().iter().flat_map(Row::spellings).collect()
+    }
+
+    fn lattice_arguments(&self) -> &[Argument] {
+        &LATTICE
     }
 }
 
@@ -121,7 +145,7 @@ impl Row {
     }
 }
 
-/// Every word: shapes, periodic surfaces, operations.
+/// Every word: shapes, periodic surfaces, cells, operations.
 #[must_use]
 pub fn rows() -> &'static [Row] {
     &TABLE.rows
@@ -141,6 +165,8 @@ struct Table {
 static TABLE: LazyLock<Table> = LazyLock::new(|| {
     let mut rows = shapes();
     rows.extend(tpms::CATALOGUE.iter().map(surface));
+    rows.extend(table::CELLS.iter().map(cell));
+    rows.extend(random());
     rows.extend(operations());
     let spellings = |(place, row): (usize, &Row)| {
         row.spellings().map(|spelling| (spelling, place)).collect::<Vec<_>>()
@@ -204,13 +230,89 @@ fn surface(surface: &'static tpms::Surface) -> Row {
         aliases,
         kind: Kind::Shape {
             exactness: Exactness::LevelSet,
-            formula: Some(formula),
+            family: Family::Surface { formula },
             make: Box::new(|graph, _| surface.solid(graph)),
         },
         arguments: &[],
         help,
         source: "Cesogen paper, Table 1",
     }
+}
+
+fn cell(row: &'static table::Row) -> Row {
+    let table::Row { name, aliases, help, source, .. } = *row;
+    let is_of_plates = row.is_of_plates();
+    Row {
+        name,
+        aliases,
+        kind: Kind::Shape {
+            exactness: Exactness::Bound,
+            family: Family::Cell,
+            make: Box::new(move |graph, given| {
+                // A cell has struts or plates; the size of what it has not is not looked at.
+                let (size, fillet) = (given.number(0), given.number(1));
+                row.solid(graph, Sizes { radius: size, thickness: size, fillet })
+            }),
+        },
+        arguments: if is_of_plates { PLATES } else { STRUTS },
+        help,
+        source,
+    }
+}
+
+fn random() -> Vec<Row> {
+    vec![
+        shape("voronoi-struts", &["voronoi"], Exactness::Bound, FOAM_STRUTS, |graph, given| {
+            foam(graph, given, Part::Struts)
+        })
+        .help("the edges of the bubbles of a random foam, of period 1", VORONOI)
+        .of(Family::Random),
+        shape(
+            "voronoi-walls",
+            &["voronoi-plates"],
+            Exactness::Bound,
+            FOAM_WALLS,
+            |graph, given| foam(graph, given, Part::Walls),
+        )
+        .help("the faces of the bubbles of a random foam, of period 1", VORONOI)
+        .of(Family::Random),
+        shape("spinodoid", &[], Exactness::LevelSet, SPINODOID, |graph, given| {
+            let number = |index: usize| fixed(graph, given.number(index));
+            let (seed, waves) = (number(0) as u64, number(1) as usize);
+            let cones = given.vector(2).map(|angle| fixed(graph, angle));
+            Spinodoid { seed, waves, cones }.solid(graph)
+        })
+        .help("a sum of random waves of length 1, as spinodal decomposition leaves", KUMAR)
+        .of(Family::Random),
+    ]
+}
+
+const VORONOI: &str = "Voronoi cells of Mitchell's points";
+const KUMAR: &str = "Kumar et al. 2020, doi:10.1038/s41524-020-0341-6";
+
+/// The foam that the arguments of a word ask for: seed, bubbles, size and fillet.
+fn foam(graph: &mut Graph, given: &Arguments, part: Part) -> Solid {
+    let [seed, count] = [0, 1].map(|index| fixed(graph, given.number(index)));
+    let points = voronoi::random_points(seed as u64, count as usize);
+    let (size, fillet) = (given.number(2), given.number(3));
+    if part == Part::Walls && graph.as_constant(fillet) == Some(0.0) {
+        return bubbles::walls(graph, &points, [false; 3], size);
+    }
+    voronoi::foam(&points, part).solid(graph, Sizes { radius: size, thickness: size, fillet })
+}
+
+/// The value of an argument that takes no parameters.
+fn fixed(graph: &Graph, node: NodeId) -> f64 {
+    graph.as_constant(node).expect("an equation of numbers is a constant of the graph")
+}
+
+/// What makes the lattice of a cell that a file holds, from [`Words::lattice_arguments`].
+#[must_use]
+pub fn lattice(cell: Cell) -> Arc<MakeShape> {
+    Arc::new(move |graph, given| {
+        let [radius, thickness, fillet] = [0, 1, 2].map(|index| given.number(index));
+        cell.solid(graph, Sizes { radius, thickness, fillet })
+    })
 }
 
 fn operations() -> Vec<Row> {
@@ -368,6 +470,51 @@ const OCTAHEDRON: &[Argument] = &[number(
     Presence::Default("1"),
     "distance of the tips from the origin",
 )];
+const FILLET: Argument = number(
+    "fillet",
+    Domain::NotNegative,
+    Presence::Default("0"),
+    "radius of the fillets where they meet, in cells",
+);
+const RADIUS: Argument =
+    number("radius", Domain::Positive, Presence::Default("0.05"), "radius of the struts, in cells");
+const PLATE: Argument = number(
+    "thickness",
+    Domain::Positive,
+    Presence::Default("0.05"),
+    "thickness of the plates, in cells",
+);
+const STRUTS: &[Argument] = &[RADIUS, FILLET];
+const PLATES: &[Argument] = &[PLATE, FILLET];
+const LATTICE: [Argument; 3] = [RADIUS, PLATE, FILLET];
+/// Whole numbers up to this are exact.
+const MOST_SEED: u64 = 1 << 53;
+const SEED: Argument =
+    number("seed", Domain::Whole(0, MOST_SEED), Presence::Default("1"), "chooses one of many");
+const BUBBLES: Argument = number(
+    "bubbles",
+    Domain::Whole(1, voronoi::MOST_POINTS as u64),
+    Presence::Default("16"),
+    "number of bubbles in a cell",
+);
+const FOAM_STRUTS: &[Argument] = &[SEED, BUBBLES, RADIUS, FILLET];
+const FOAM_WALLS: &[Argument] = &[SEED, BUBBLES, PLATE, FILLET];
+const SPINODOID: &[Argument] = &[
+    SEED,
+    number(
+        "waves",
+        Domain::Whole(1, spinodoid::MOST_WAVES as u64),
+        Presence::Default("100"),
+        "number of waves",
+    ),
+    Argument {
+        name: "cones",
+        shape: Shape::Vector,
+        domain: Domain::Cone,
+        presence: Presence::Default("pi/2,pi/2,pi/2"),
+        meaning: "half the opening angles of the cones of directions about x, y and z",
+    },
+];
 const DILATE: &[Argument] =
     &[number("offset", Domain::Any, Presence::Required, "growth in units of the field")];
 const ERODE: &[Argument] =
@@ -497,7 +644,7 @@ fn shape(
     arguments: &'static [Argument],
     make: fn(&mut Graph, &Arguments) -> Solid,
 ) -> Row {
-    let kind = Kind::Shape { exactness, formula: None, make: Box::new(make) };
+    let kind = Kind::Shape { exactness, family: Family::Primitive, make: Box::new(make) };
     Row { name, aliases, kind, arguments, help: "", source: "" }
 }
 
@@ -524,13 +671,19 @@ impl Row {
     fn help(self, help: &'static str, source: &'static str) -> Self {
         Self { help, source, ..self }
     }
+
+    /// The row of a shape of `family`.
+    fn of(mut self, belongs: Family) -> Self {
+        if let Kind::Shape { family, .. } = &mut self.kind {
+            *family = belongs;
+        }
+        self
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::expr::NodeId;
-
     use crate::lang::infix::{self, Coordinates, Scope};
     use crate::lang::names;
     use crate::lang::word::normalized;

@@ -3,7 +3,7 @@
 use super::args::ListArguments;
 use super::report::{self, Trouble};
 use crate::lang::{Argument, names, word};
-use crate::vocabulary::{self, Exactness, Kind, Row};
+use crate::vocabulary::{self, Exactness, Family, Kind, Row};
 use clap_complete::Shell;
 use std::fmt::Write;
 
@@ -82,13 +82,15 @@ pub(super) fn summary() -> String {
     };
     format!(
         "A program is a list of words in postfix order; what is left on the stack is intersected.\n\n\
-         Shapes: {}.\n\nPeriodic surfaces: {}.\n\nOperations on the last shape: {}.\n\n\
+         Shapes: {}.\n\nPeriodic surfaces: {}.\n\nCells of struts and plates: {}.\n\nRandom solids: {}.\n\nOperations on the last shape: {}.\n\n\
          Operations on the last two shapes: {}.\n\nAnything else is a mesh file (.ply .stl .3mf .obj .off), \
-         an equation in x, y and z with the functions {}, or @FILE, which stands for the words in a file.\n\n\
+         a lattice file (.cell .cell.json .ltcx), an equation in x, y and z with the functions {}, or @FILE, which stands for the words in a file.\n\n\
          `alveole list WORD` explains a word and says whether its field is a distance. Exit codes: 0 done, \
          1 the work failed, 2 the command line or the program is wrong, 130 interrupted.",
-        names(|kind| matches!(kind, Kind::Shape { formula: None, .. })),
-        names(|kind| matches!(kind, Kind::Shape { formula: Some(_), .. })),
+        names(|kind| matches!(kind, Kind::Shape { family: Family::Primitive, .. })),
+        names(|kind| matches!(kind, Kind::Shape { family: Family::Surface { .. }, .. })),
+        names(|kind| matches!(kind, Kind::Shape { family: Family::Cell, .. })),
+        names(|kind| matches!(kind, Kind::Shape { family: Family::Random, .. })),
         names(|kind| matches!(kind, Kind::Unary(_))),
         names(|kind| matches!(kind, Kind::Binary(_))),
         names::Function::all().map(names::Function::name).collect::<Vec<_>>().join(" "),
@@ -110,8 +112,10 @@ fn find(word: &str) -> Result<&'static Row, Trouble> {
 /// The heading of the words of a kind.
 fn heading(kind: &Kind) -> &'static str {
     match kind {
-        Kind::Shape { formula: None, .. } => "shapes",
-        Kind::Shape { formula: Some(_), .. } => "periodic surfaces",
+        Kind::Shape { family: Family::Primitive, .. } => "shapes",
+        Kind::Shape { family: Family::Surface { .. }, .. } => "periodic surfaces",
+        Kind::Shape { family: Family::Cell, .. } => "cells of struts and plates",
+        Kind::Shape { family: Family::Random, .. } => "random solids",
         Kind::Unary(_) => "operations on one shape",
         Kind::Binary(_) => "operations on two shapes",
     }
@@ -119,8 +123,10 @@ fn heading(kind: &Kind) -> &'static str {
 
 fn kind(kind: &Kind) -> &'static str {
     match kind {
-        Kind::Shape { formula: None, .. } => "shape",
-        Kind::Shape { formula: Some(_), .. } => "periodic surface",
+        Kind::Shape { family: Family::Primitive, .. } => "shape",
+        Kind::Shape { family: Family::Surface { .. }, .. } => "periodic surface",
+        Kind::Shape { family: Family::Cell, .. } => "cell of struts or plates",
+        Kind::Shape { family: Family::Random, .. } => "random solid",
         Kind::Unary(_) => "operation on one shape",
         Kind::Binary(_) => "operation on two shapes",
     }
@@ -139,7 +145,8 @@ fn field(kind: &Kind) -> Option<&'static str> {
 
 fn formula(kind: &Kind) -> Option<&'static str> {
     match kind {
-        Kind::Shape { formula, .. } => *formula,
+        Kind::Shape { family: Family::Surface { formula }, .. } => Some(formula),
+        Kind::Shape { family: Family::Primitive | Family::Cell | Family::Random, .. } => None,
         Kind::Unary(_) | Kind::Binary(_) => None,
     }
 }

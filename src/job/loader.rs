@@ -1,9 +1,11 @@
 //! The files that programs name, read from the file system.
 
+use crate::cellular::struts::file::{self, Format};
 use crate::field::{self, mesh_distance};
-use crate::lang::{Loaded, Loader, Refusal};
+use crate::lang::{Loaded, Loader, MakeShape, Refusal};
 use crate::mesh::io;
 use crate::num::Progress;
+use crate::vocabulary;
 use std::collections::HashMap;
 use std::fs::File;
 use std::io::Read;
@@ -117,5 +119,19 @@ impl Loader for Files {
         let loaded = Loaded { distance: Arc::new(distance), bounds };
         self.meshes.insert(path.to_owned(), loaded.clone());
         Ok(loaded)
+    }
+
+    fn is_lattice(&self, word: &str) -> bool {
+        Format::of(word).is_some()
+    }
+
+    fn lattice(&mut self, path: &str) -> Result<Arc<MakeShape>, Refusal> {
+        let format = Format::of(path).ok_or_else(|| Refusal {
+            cause: "lattice files end in .cell, .cell.json or .ltcx".to_owned(),
+        })?;
+        let text = self.text(path)?;
+        let cell =
+            file::read(&text, format).map_err(|fault| Refusal { cause: fault.to_string() })?;
+        Ok(vocabulary::lattice(cell))
     }
 }

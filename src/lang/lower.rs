@@ -104,6 +104,18 @@ impl Machine<'_> {
     ) -> Result<Solid, Failed> {
         match &item.operation {
             Operation::Mesh(path) => self.mesh(path, item.span),
+            Operation::Lattice { path, values } => {
+                let word = Word::of_file(path, vocabulary.lattice_arguments());
+                let arguments = self
+                    .arguments(word, values)
+                    .map_err(|faults| Failed { faults, is_final: false })?;
+                let make = self.loader.lattice(path).map_err(|refusal| {
+                    let message = format!("can't read the lattice `{path}`: {refusal}");
+                    let faults = vec![Diagnostic::new(message).at(item.span, "").of_a_file()];
+                    Failed { faults, is_final: false }
+                })?;
+                Ok(make(self.graph, &arguments))
+            }
             Operation::Equation(equation) => {
                 let field = self.expression(equation);
                 let solid = Solid::unbounded(self.graph, field);

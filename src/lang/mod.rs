@@ -29,7 +29,8 @@ pub use parameters::Demand;
 pub use source::{Place, Source, Sources};
 pub use syntax::{Equation, Item, Operation, Value};
 pub use word::{
-    Action, Argument, Arguments, Domain, Loaded, Loader, Presence, Refusal, Shape, Vocabulary, Word,
+    Action, Argument, Arguments, Domain, Loaded, Loader, MakeShape, Presence, Refusal, Shape,
+    Vocabulary, Word,
 };
 pub use words::Token;
 
@@ -163,6 +164,14 @@ pub fn format(items: &[Item], vocabulary: &dyn Vocabulary) -> Vec<String> {
         match operation {
             Operation::Mesh(path) => words.push(path.clone()),
             Operation::Equation(equation) => words.push(equation.to_string()),
+            Operation::Lattice { path, values } => {
+                words.push(path.clone());
+                for (argument, value) in vocabulary.lattice_arguments().iter().zip(values) {
+                    if let Some(value) = value {
+                        words.extend([argument.name.to_owned(), value.to_string()]);
+                    }
+                }
+            }
             Operation::Word { name, values } => {
                 words.push(name.clone());
                 let word = vocabulary.word(name);

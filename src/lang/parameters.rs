@@ -158,7 +158,7 @@ pub fn mentions(text: &str, name: &str) -> bool {
 pub(super) fn used(items: &[Item]) -> FxHashSet<&str> {
     let equations = items.iter().flat_map(|item| match &item.operation {
         Operation::Equation(equation) => std::slice::from_ref(equation).iter().collect(),
-        Operation::Word { values, .. } => {
+        Operation::Word { values, .. } | Operation::Lattice { values, .. } => {
             values.iter().flatten().flat_map(Value::components).collect::<Vec<_>>()
         }
         Operation::Mesh(_) => Vec::new(),

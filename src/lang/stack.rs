@@ -1,7 +1,7 @@
 //! Reads words as items: which word is what, and which arguments it takes.
 //!
-//! A word is looked for in the vocabulary, then taken for a mesh file if it is named like one, then
-//! read as an equation. A word of the vocabulary thus hides a file of its name, and a missing mesh
+//! A word is looked for in the vocabulary, then taken for a mesh or lattice file if it is named like
+//! one, then read as an equation. A word of the vocabulary thus hides a file of its name, and a missing mesh
 //! file is never mistaken for an equation.
 //!
 //! Operations are followed by the values of their arguments: those that they require with or without
@@ -14,7 +14,7 @@
 
 use super::infix::{self, Coordinates, Scope};
 use super::names;
-use super::syntax::{Content, Equation, Item, Located, Operation, Value};
+use super::syntax::{Content, Equation, Item, Located, Operation, Term, Value};
 use super::word::{Shape, normalized};
 use super::words::Token;
 use super::{Action, Argument, Diagnostic, Loader, Span, Vocabulary, Word};
@@ -75,6 +75,13 @@ impl<'a> Reader<'a> {
         if self.loader.is_mesh(&token.text) {
             self.last = None;
             return Some(Item { operation: Operation::Mesh(token.text.clone()), span: token.span });
+        }
+        if self.loader.is_lattice(&token.text) {
+            let word = Word::of_file(&token.text, self.vocabulary.lattice_arguments());
+            self.last = Some(word);
+            let (values, end) = self.values(word, token)?;
+            let operation = Operation::Lattice { path: token.text.clone(), values };
+            return Some(Item { operation, span: token.span.to(end) });
         }
         let equation = self.equation(token, sound)?;
         self.last = None;
@@ -146,6 +153,7 @@ impl<'a> Reader<'a> {
             Some(Action::Shape(_)) => Some("is a shape"),
             Some(Action::Unary(_) | Action::Binary(_)) => Some("is an operation"),
             None if self.loader.is_mesh(&token.text) => Some("is a mesh file"),
+            None if self.loader.is_lattice(&token.text) => Some("is a lattice file"),
             None => None,
         }
     }
@@ -195,6 +203,14 @@ impl<'a> Reader<'a> {
                 return None;
             }
         };
+        let has_parameter = components.iter().flat_map(Equation::terms);
+        let has_parameter =
+            has_parameter.into_iter().any(|term| matches!(term, Term::Parameter(_)));
+        if has_parameter && !argument.domain.takes_parameters() {
+            let fault = Diagnostic::new(format!("{what} can't depend on a parameter"));
+            self.faults.push(fault.at(token.span, "does").cure("write a number"));
+            return None;
+        }
         let (fits, needed, cure) = match argument.shape {
             Shape::Number => (components.len() == 1, "one number", None),
             Shape::Vector => (components.len() == 3, "three components", Some("0,0,1")),

@@ -30,6 +30,13 @@ pub enum Operation {
     },
     /// A mesh file.
     Mesh(String),
+    /// A lattice file.
+    Lattice {
+        /// The file.
+        path: String,
+        /// One value for each argument that may follow; `None` where the text gives none.
+        values: Vec<Option<Value>>,
+    },
     /// An equation in x, y and z.
     Equation(Equation),
 }

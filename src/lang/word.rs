@@ -13,6 +13,11 @@ pub trait Vocabulary {
 
     /// Every spelling, for suggestions.
     fn spellings(&self) -> Vec<&str>;
+
+    /// What may follow the name of a lattice file, as it may a shape.
+    fn lattice_arguments(&self) -> &[Argument] {
+        &[]
+    }
 }
 
 /// A word of the language.
@@ -39,6 +44,17 @@ pub enum Action<'a> {
 
 /// Makes the solid of a shape word.
 pub type MakeShape = dyn Fn(&mut Graph, &Arguments) -> Solid + Send + Sync;
+
+impl<'a> Word<'a> {
+    /// The name of a file that will make a shape, in the place of a word while text is read.
+    pub(super) fn of_file(name: &'a str, arguments: &'a [Argument]) -> Self {
+        fn nothing(graph: &mut Graph, _: &Arguments) -> Solid {
+            let outside = graph.constant(f64::INFINITY);
+            Solid::unbounded(graph, outside)
+        }
+        Self { name, arguments, action: Action::Shape(&nothing) }
+    }
+}
 
 /// A number, three or a choice, that follows a word.
 ///
@@ -115,13 +131,18 @@ pub enum Domain {
     EachNonzero,
     /// Some component differs from zero.
     SomeNonzero,
+    /// Whole numbers from the first to the second. No parameter may give them.
+    Whole(u64, u64),
+    /// From 0 to a right angle, in radians, each component. No parameter may give it.
+    Cone,
 }
 
 impl Domain {
     /// What is wrong with the value `components`, if anything; it completes "must ...".
     #[must_use]
-    pub fn objection(self, components: &[f64]) -> Option<&'static str> {
+    pub fn objection(self, components: &[f64]) -> Option<Cow<'static, str>> {
         let all = |holds: fn(f64) -> bool| components.iter().all(|&c| holds(c));
+        let right_angle = std::f64::consts::FRAC_PI_2;
         let (sound, objection) = match self {
             Self::Any => (true, ""),
             Self::NotNegative => (all(|c| c >= 0.0), "must not be negative"),
@@ -130,11 +151,39 @@ impl Domain {
             Self::ProperFraction => (all(|c| c > 0.0 && c < 1.0), "must lie between 0 and 1"),
             Self::EachNonzero => (all(|c| c != 0.0), "must not be zero"),
             Self::SomeNonzero => (!all(|c| c == 0.0), "must not be the zero vector"),
+            Self::Cone => (
+                components.iter().all(|c| (0.0..=right_angle).contains(c)),
+                "must be from 0 to pi/2",
+            ),
+            Self::Whole(least, most) => {
+                let range = least as f64..=most as f64;
+                if components.iter().all(|c| range.contains(c) && c.fract() == 0.0) {
+                    (true, "")
+                } else {
+                    return Some(format!("must be a whole number from {least} to {most}").into());
+                }
+            }
         };
         if !all(f64::is_finite) {
-            Some("must be a finite number")
+            Some("must be a finite number".into())
         } else {
-            (!sound).then_some(objection)
+            (!sound).then_some(objection.into())
+        }
+    }
+
+    /// Whether a parameter may give the value: it may not where the value decides which expression is
+    /// made, not what the expression yields.
+    #[must_use]
+    pub const fn takes_parameters(self) -> bool {
+        match self {
+            Self::Any
+            | Self::NotNegative
+            | Self::Positive
+            | Self::Fraction
+            | Self::ProperFraction
+            | Self::EachNonzero
+            | Self::SomeNonzero => true,
+            Self::Whole(..) | Self::Cone => false,
         }
     }
 }
@@ -215,6 +264,20 @@ pub trait Loader {
     /// # Errors
     /// [`Refusal`] if it can't be read or is no mesh.
     fn mesh(&mut self, path: &str) -> Result<Loaded, Refusal>;
+
+    /// Whether `word` is named like a lattice file, whether or not the file exists.
+    fn is_lattice(&self, _word: &str) -> bool {
+        false
+    }
+
+    /// What makes the lattice of the file `path` from its
+    /// [arguments](Vocabulary::lattice_arguments).
+    ///
+    /// # Errors
+    /// [`Refusal`] if it can't be read or is no lattice.
+    fn lattice(&mut self, _path: &str) -> Result<Arc<MakeShape>, Refusal> {
+        Err(Refusal { cause: "lattice files can't be read here".to_owned() })
+    }
 }
 
 /// The distance to a mesh and the box around it.

@@ -30,6 +30,10 @@ fn programs_print_in_their_plainest_form() {
         &["torus", "minor", "0.10", "mesh.PLY", "union"],
         &["torus", "minor", "0.1", "mesh.PLY", "union"],
     );
+    check(
+        &["lattice.cell", "fillet", "0.0", "radius", "t / 2", "box"],
+        &["lattice.cell", "radius", "t/2", "fillet", "0", "box"],
+    );
     check(&["@quoted"], &["x+y", "z-1", "g-prime", "intersection"]);
     check(&["sphere", "scale", "2.0"], &["sphere", "scale", "2"]);
 }

@@ -1,10 +1,11 @@
 //! A loader without files, and a plain evaluator.
 
+use alveole::cellular::struts::{Cell, Strut};
 use alveole::expr::{Failure, Graph, Node, NodeId, Oracle, Queries};
 use alveole::geom::Aabb;
-use alveole::lang::{self, Loaded, Loader, Program, Refusal, Rejected};
+use alveole::lang::{self, Loaded, Loader, MakeShape, Program, Refusal, Rejected};
 use alveole::num::Interval;
-use alveole::vocabulary::Words;
+use alveole::vocabulary::{self, Words};
 use glam::DVec3;
 use std::sync::Arc;
 
@@ -34,7 +35,7 @@ impl Oracle for Ball {
     }
 }
 
-/// Knows a few texts, and meshes whose names begin with `mesh`.
+/// Knows a few texts, and meshes and lattices whose names begin with `mesh` and `lattice`.
 pub struct Files;
 
 /// The texts of the program files.
@@ -70,6 +71,18 @@ impl Loader for Files {
         }
         let bounds = Aabb::new(DVec3::splat(-0.75), DVec3::splat(0.75));
         Ok(Loaded { distance: Arc::new(Ball), bounds })
+    }
+
+    fn is_lattice(&self, word: &str) -> bool {
+        word.ends_with(".cell")
+    }
+
+    fn lattice(&mut self, path: &str) -> Result<Arc<MakeShape>, Refusal> {
+        if !path.starts_with("lattice") {
+            return Err(Refusal { cause: "no such file".to_owned() });
+        }
+        let edge = Strut::between(DVec3::ZERO, DVec3::X);
+        Ok(vocabulary::lattice(Cell::new(vec![edge], Vec::new())))
     }
 }
 
