@@ -98,6 +98,10 @@ pub(super) struct MeasureArguments {
     #[arg(long, conflicts_with = "gradient")]
     pub(super) field: bool,
 
+    /// Add the structure: thickness of walls and size of pores by inscribed balls, overhangs
+    #[arg(long, conflicts_with_all = ["gradient", "field"])]
+    pub(super) structure: bool,
+
     #[command(flatten)]
     pub(super) work: WorkArguments,
 }

@@ -5,14 +5,14 @@ use super::bar::with_bar;
 use super::report::{self, Trouble};
 use super::table::Table;
 use super::{mesh, stats, work};
-use crate::job::{By, FieldMeasures, Gradient, Measures, Quantities};
+use crate::job::{By, FieldMeasures, Gradient, Measures, Quantities, Spread, Structure};
 use crate::num::Progress;
 use std::time::Instant;
 
 /// Prints the measures of the program's solid.
 pub(super) fn run(name: &str, arguments: &MeasureArguments) -> Result<(), Trouble> {
     let start = Instant::now();
-    let MeasureArguments { json, gradient, field, work: common } = arguments;
+    let MeasureArguments { json, gradient, field, structure, work: common } = arguments;
     let work::Work { job, settings } = work::prepare(name, common)?;
     let progress = Progress::new();
     let (text, report) = if *gradient {
@@ -24,6 +24,15 @@ pub(super) fn run(name: &str, arguments: &MeasureArguments) -> Result<(), Troubl
             with_bar(&progress, !common.quiet, || job.field_measures(&settings, &progress))?;
         warn_of_unresolved(name, found.unresolved);
         (if *json { stats::json(&found) } else { field_table(&found) }, found.report)
+    } else if *structure {
+        let work = || job.structure(&settings, &progress);
+        let (measures, structure) = with_bar(&progress, !common.quiet, work)?;
+        let text = if *json {
+            stats::json(&WithStructure { measures: &measures, structure: &structure })
+        } else {
+            table(&measures) + &structure_table(&structure)
+        };
+        (text, measures.report)
     } else {
         let found = with_bar(&progress, !common.quiet, || job.measure(&settings, &progress))?;
         (if *json { stats::json(&found) } else { table(&found) }, found.report)
@@ -97,6 +106,29 @@ fn field_table(found: &FieldMeasures) -> String {
     }
     table.densities(&report.densities);
     table.text("grid cells", &report.cells.map(|n| n.to_string()).join(" x "));
+    table.render()
+}
+
+/// Measures and structure in one object.
+#[derive(serde::Serialize)]
+struct WithStructure<'a> {
+    #[serde(flatten)]
+    measures: &'a Measures,
+    structure: &'a Structure,
+}
+
+fn structure_table(found: &Structure) -> String {
+    let Structure { wall_thickness, pore_size, samples, specific_surface, overhang_area } = found;
+    let mut table = Table::default();
+    for (name, spread) in [("wall thickness", wall_thickness), ("pore size", pore_size)] {
+        let Some(Spread { minimum, fifth_percentile, mean, maximum }) = spread else { continue };
+        let [least, low, mean, most] =
+            [minimum, fifth_percentile, mean, maximum].map(|v| format!("{v:.4}"));
+        table.text(name, &format!("{least} to {most}, mean {mean}, a twentieth below {low}"));
+    }
+    table.text("inscribed balls", &samples.to_string());
+    table.number("area over volume", *specific_surface);
+    table.number("area overhanging by 45°", *overhang_area);
     table.render()
 }
 

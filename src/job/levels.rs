@@ -7,8 +7,8 @@
 //! where V is the volume of the whole solid: V(∞) - V(-∞) is the part that the lattice is put in. It is
 //! solved in two stages.
 //!
-//! * **Points.** At evenly spread points of the part (an additive recurrence) the values of the
-//!   lattice's field are sorted; the level is their r-quantile. The share of the points in a set with
+//! * **Points.** At evenly spread points of the part (one in each of many cells, placed in it by an
+//!   additive recurrence) the values of the lattice's field are sorted; the level is their r-quantile. The share of the points in a set with
 //!   a smooth boundary is off by about N^(-2/3) of their number: 1e-4 for the million that are taken where
 //!   the program asks oracles, whose cost this bounds. Levels of densities that vary in space take their
 //!   curves from the same values, and their r from the mean over the points.
@@ -49,8 +49,9 @@ const EXCESS: f64 = 1e-9;
 /// Points where quadrature follows, and where it does not.
 const POINTS: [usize; 2] = [1 << 15, 1 << 20];
 
-/// Points that are evaluated together.
-const BATCH: usize = 1 << 12;
+/// Cells a side of the blocks in which points are evaluated together.
+const SIDE: usize = 16;
+const BATCH: usize = SIDE * SIDE * SIDE;
 
 /// Cells along the longest side of the first grid of the quadrature, and how much finer the next is.
 const FIRST: f64 = 40.0;
@@ -203,28 +204,31 @@ impl Search<'_> {
         let Fraction { level, family, target, curve, .. } = *fraction;
         let field = self.job.solid.field;
         let [low, high] = [-FAR, FAR].map(|far| self.with(level, far));
-        let full = self.at(points, &[field, family, target], &high)?;
-        let empty = self.at(points, &[field], &low)?;
-        let in_part = |i: usize| full[0][i] < 0.0 && empty[0][i] >= 0.0;
-        let part: Vec<usize> = (0..points[0].len()).filter(|&i| in_part(i)).collect();
-        let asked = part.iter().map(|&i| full[2][i]).sum::<f64>() / part.len() as f64;
-        if part.is_empty() {
+        let full = self.at(points, &[field], &high)?;
+        let inside = chosen(points, |i| full[0][i] < 0.0);
+        let empty = self.at(&inside, &[field], &low)?;
+        let part = chosen(&inside, |i| empty[0][i] >= 0.0);
+        let [levels, shares] = &self.at(&part, &[family, target], &high)?[..] else {
+            return Err(self.job.no_density(fraction, "its field has no values"));
+        };
+        let asked = shares.iter().sum::<f64>() / shares.len() as f64;
+        if shares.is_empty() {
             return Err(self.job.no_density(fraction, "it has no part in the whole"));
         }
         if !(asked > 0.0 && asked < 1.0) {
             let cause = format!("the share asked for is {asked} on average");
             return Err(self.job.no_density(fraction, &cause));
         }
-        let mut sorted: Vec<f64> = part.iter().map(|&i| full[1][i]).collect();
+        let mut sorted = levels.clone();
         sorted.sort_unstable_by(f64::total_cmp);
         let level_of = |share: f64| quantile(&sorted, share);
         let Some(curve) = curve else {
             self.values[level.index()] = level_of(asked);
             return Ok(Seen { asked, found: asked });
         };
-        let shares = part.iter().map(|&i| full[2][i]);
-        let least = shares.clone().fold(f64::INFINITY, f64::min).clamp(0.0, 1.0);
-        let greatest = shares.clone().fold(f64::NEG_INFINITY, f64::max).clamp(0.0, 1.0);
+        let values = shares.iter().copied();
+        let least = values.clone().fold(f64::INFINITY, f64::min).clamp(0.0, 1.0);
+        let greatest = values.fold(f64::NEG_INFINITY, f64::max).clamp(0.0, 1.0);
         let greatest = greatest.max(least + TOLERANCE);
         let middle = 0.5 * (least + greatest);
         let found = coefficients(|u| level_of(middle + 0.5 * (greatest - least) * u));
@@ -237,7 +241,7 @@ impl Search<'_> {
         let u =
             |share: f64| ((2.0 * share - least - greatest) / (greatest - least)).clamp(-1.0, 1.0);
         let mut above: Vec<f64> =
-            part.iter().map(|&i| full[1][i] - polynomial(&found, u(full[2][i]))).collect();
+            levels.iter().zip(shares).map(|(l, r)| l - polynomial(&found, u(*r))).collect();
         above.sort_unstable_by(f64::total_cmp);
         self.values[level.index()] = quantile(&above, asked);
         Ok(Seen { asked, found: asked })
@@ -406,14 +410,41 @@ fn polynomial(coefficients: &[f64], u: f64) -> f64 {
     coefficients[0] + u * next - after
 }
 
-/// `count` points spread evenly over the box, by coordinate.
-fn spread(bounds: Aabb, count: usize) -> [Vec<f64>; 3] {
-    // The root of g^4 = g + 1.
-    let g = 1.220_744_084_605_759_5_f64;
-    let size = bounds.size();
-    std::array::from_fn(|axis| {
-        let step = g.powi(-(axis as i32 + 1));
-        let place = |i: usize| (0.5 + step * (i + 1) as f64).fract();
-        (0..count).map(|i| bounds.lo[axis] + size[axis] * place(i)).collect()
+/// Those of `points` whose number is `kept`.
+fn chosen(points: &[Vec<f64>; 3], kept: impl Fn(usize) -> bool) -> [Vec<f64>; 3] {
+    points.each_ref().map(|line| {
+        let numbered = line.iter().enumerate().filter(|(i, _)| kept(*i));
+        numbered.map(|(_, value)| *value).collect()
     })
+}
+
+/// About `count` points spread evenly over the box, by coordinate: one in each of as many cells, in
+/// blocks of [`SIDE`] cells a side, so that those evaluated together are close together.
+fn spread(bounds: Aabb, count: usize) -> [Vec<f64>; 3] {
+    let size = bounds.size();
+    let cell = (size.element_product() / count as f64).cbrt();
+    let cells = size.to_array().map(|side| ((side / cell).round() as usize).max(1));
+    let blocks = cells.map(|n| n.div_ceil(SIDE));
+    let mut points: [Vec<f64>; 3] = [(); 3].map(|()| Vec::with_capacity(cells.iter().product()));
+    let mut number = 0;
+    for block in 0..blocks.iter().product() {
+        let first =
+            [block % blocks[0], block / blocks[0] % blocks[1], block / (blocks[0] * blocks[1])];
+        let ends = |axis: usize| first[axis] * SIDE..cells[axis].min((first[axis] + 1) * SIDE);
+        for z in ends(2) {
+            for y in ends(1) {
+                for x in ends(0) {
+                    number += 1;
+                    for (axis, place) in [x, y, z].into_iter().enumerate() {
+                        // The root of g^4 = g + 1.
+                        let step = 1.220_744_084_605_759_5_f64.powi(-(axis as i32 + 1));
+                        let within = (0.5 + step * f64::from(number)).fract();
+                        let share = (place as f64 + within) / cells[axis] as f64;
+                        points[axis].push(bounds.lo[axis] + size[axis] * share);
+                    }
+                }
+            }
+        }
+    }
+    points
 }

@@ -2,6 +2,7 @@
 
 use super::{Error, FieldOn, Job, Report, Settings};
 use crate::contour::Grid;
+use crate::mesh::Mesh;
 use crate::mesh::check::{Check, check};
 use crate::mesh::measure::{self, measure};
 use crate::mesh::sink::Collect;
@@ -49,21 +50,30 @@ impl Job {
     /// # Errors
     /// Any [`Error`] but [`Error::Program`].
     pub fn measure(&self, settings: &Settings, progress: &Progress) -> Result<Measures, Error> {
+        self.measured(settings, progress).map(|(_, measures)| measures)
+    }
+
+    /// The mesh of the solid and its measures.
+    pub(super) fn measured(
+        &self,
+        settings: &Settings,
+        progress: &Progress,
+    ) -> Result<(Mesh, Measures), Error> {
         let grid = self.grid(settings)?;
         let mut sink = Collect::default();
         let report = self.contour(&grid, settings, progress, &mut sink)?;
         let mesh = sink.into_mesh();
         let (check, measures) = (check(&mesh), measure(&mesh));
-        drop(mesh);
         let envelope_volume = self.envelope_volume(&grid, settings, progress)?;
-        Ok(Measures {
+        let measures = Measures {
             relative_density: measures.volume / box_volume(&report),
             envelope_volume,
             envelope_density: measures.volume / envelope_volume.unwrap_or(box_volume(&report)),
             mesh: measures,
             check,
             report,
-        })
+        };
+        Ok((mesh, measures))
     }
 
     /// Meshes the solid in memory and returns its volume, area and density: those of

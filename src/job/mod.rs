@@ -40,12 +40,14 @@ mod levels;
 pub mod loader;
 mod measures;
 mod report;
+pub mod structure;
 
 pub use gradient::{By, FieldMeasures, FieldSlopes, Gradient, Quantities};
 pub use levels::Density;
 pub use loader::{Access, Files, MeshNote};
 pub use measures::{Measures, Totals};
 pub use report::Report;
+pub use structure::{Spread, Structure};
 
 use crate::contour::{self, Grid, GridError};
 use crate::eval::{Engine, ProgramError};

@@ -75,11 +75,12 @@ fn root(archive: &mut ZipArchive<Cursor<&[u8]>>) -> Result<String, Flaw> {
 
 /// What is wrong with an archive.
 fn fault(error: ZipError) -> Flaw {
-    match error {
-        ZipError::Io(error) if error.kind() == std::io::ErrorKind::UnexpectedEof => {
-            Fault::Truncated { before: "the archive does" }.into()
-        }
-        ZipError::Io(error) => Fault::Unreadable(error).into(),
-        error => syntax("a sound ZIP archive", Some(error.to_string().as_bytes())).into(),
+    let ZipError::Io(error) = error else {
+        return syntax("a sound ZIP archive", Some(error.to_string().as_bytes())).into();
+    };
+    if error.kind() == std::io::ErrorKind::UnexpectedEof {
+        Fault::Truncated { before: "the archive does" }.into()
+    } else {
+        Fault::Unreadable(error).into()
     }
 }

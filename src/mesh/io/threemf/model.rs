@@ -117,15 +117,14 @@ pub(super) fn target_of_relations(text: &str) -> Option<String> {
     const KIND: &str = "http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel";
     let mut reader = Reader::from_str(text);
     loop {
-        match reader.read_event().ok()? {
-            Event::Start(tag) | Event::Empty(tag)
-                if attribute(&tag, "Type").ok()?.as_deref() == Some(KIND) =>
-            {
-                let target = attribute(&tag, "Target").ok()??;
-                return Some(target.trim_start_matches('/').to_owned());
-            }
-            Event::Eof => return None,
-            _ => {}
+        let event = reader.read_event().ok()?;
+        if event == Event::Eof {
+            return None;
+        }
+        let (Event::Start(tag) | Event::Empty(tag)) = event else { continue };
+        if attribute(&tag, "Type").ok()?.as_deref() == Some(KIND) {
+            let target = attribute(&tag, "Target").ok()??;
+            return Some(target.trim_start_matches('/').to_owned());
         }
     }
 }
@@ -259,13 +258,12 @@ fn transform(text: &str) -> Result<Transform, Fault> {
 }
 
 fn xml_fault(error: &quick_xml::Error) -> Fault {
-    match error {
-        quick_xml::Error::Io(error) if error.kind() == io::ErrorKind::FileTooLarge => {
-            Fault::TooLarge { what: "a piece of markup has over a megabyte" }
-        }
-        quick_xml::Error::Io(error) => {
-            syntax("a sound ZIP archive", Some(error.to_string().as_bytes()))
-        }
-        error => syntax("well-formed XML", Some(error.to_string().as_bytes())),
+    let quick_xml::Error::Io(error) = error else {
+        return syntax("well-formed XML", Some(error.to_string().as_bytes()));
+    };
+    if error.kind() == io::ErrorKind::FileTooLarge {
+        Fault::TooLarge { what: "a piece of markup has over a megabyte" }
+    } else {
+        syntax("a sound ZIP archive", Some(error.to_string().as_bytes()))
     }
 }
