@@ -82,6 +82,12 @@ impl Spans {
         self.0.iter().all(Span::is_plain)
     }
 
+    /// Whether the brick's cells have a corner in an outer plane, be it a node of the next brick.
+    #[must_use]
+    pub fn meet_outer(&self) -> bool {
+        self.0.iter().any(|span| span.outer != 0)
+    }
+
     /// Makes ghosts outside.
     pub fn clear_ghosts(&self, signs: &mut BrickSigns) {
         let [x, y, z] = self.0;

@@ -229,7 +229,7 @@ impl Solver {
                 axis,
                 node: batch[lane],
             }));
-            if !spans.is_plain() {
+            if spans.meet_outer() {
                 let outer = [0, 1, 2].map(|b| if b == a { 0 } else { spans.0[b].outer });
                 self.rims.clear();
                 self.rims.extend(
