@@ -78,13 +78,17 @@ fn a_session_of_an_optimizer_gets_its_replies_in_order() {
     assert_ne!(found[1]["measures"], found[0]["measures"]);
     assert_eq!(found[4]["id"], json!({"last": [true]}));
 
-    // One process for each gives the same.
+    // One process for each gives the same, but for the rounding of sums where no mesh is kept.
     for (reply, level) in [(&found[1], "0.35"), (&found[2], "-0.2"), (&found[4], "0.1")] {
         let words = ["measure", "--json", "-q", "-s", "0.1", "gyroid", "dilate", level, "box"];
         let alone: Value = serde_json::from_slice(&alveole(folder.path(), &words).stdout).unwrap();
         for (name, value) in reply["measures"].as_object().unwrap() {
             if name != "report" {
-                assert_eq!(*value, alone[name], "{name}");
+                let is_rounding = match (value.as_f64(), alone[name].as_f64()) {
+                    (Some(a), Some(b)) => (a - b).abs() <= 1e-12 * b.abs(),
+                    _ => *value == alone[name],
+                };
+                assert!(is_rounding, "{name}: {value} {}", alone[name]);
             }
         }
     }

@@ -19,7 +19,7 @@ use crate::eval::{BRICK, Sampler};
 use crate::geom::Axis;
 use crate::num::Progress;
 use crate::octree::{Pool, subdivide};
-use pulp::Arch;
+use pulp::{Arch, NullaryFnOnce};
 use rayon::prelude::*;
 use std::time::Instant;
 
@@ -165,7 +165,54 @@ impl<W> Sweeper<W> {
 }
 
 /// Lower nodes of crossed edges along each axis, and nodes of outer planes.
-type Lists = [Vec<u16>; 4];
+type Lists = [List; 4];
+
+/// Nodes that are written for every row that has any: a loop of random short length costs a
+/// misprediction.
+const WRITTEN: usize = 4;
+
+/// A list of nodes of a brick's cells.
+#[derive(Debug)]
+struct List {
+    /// Room for all of them, and for those written in vain.
+    nodes: Box<[u16; SIDE * SIDE * SIDE + WRITTEN]>,
+    len: usize,
+}
+
+impl Default for List {
+    fn default() -> Self {
+        Self { nodes: Box::new([0; SIDE * SIDE * SIDE + WRITTEN]), len: 0 }
+    }
+}
+
+impl List {
+    fn nodes(&self) -> &[u16] {
+        &self.nodes[..self.len]
+    }
+
+    /// Adds the nodes of a row that starts at node `start`, where bits of `word` are set.
+    #[inline(always)]
+    fn extend(&mut self, word: u32, start: u16) {
+        if word == 0 {
+            return;
+        }
+        let node = |i: u32| start + node_at([i as usize, 0, 0]);
+        let mut rest = word;
+        if let Some(room) = self.nodes[self.len..].first_chunk_mut::<WRITTEN>() {
+            for to in room {
+                *to = node(rest.trailing_zeros() & 31);
+                rest &= rest.wrapping_sub(1);
+            }
+        }
+        if rest != 0 {
+            let room = &mut self.nodes[self.len + WRITTEN..];
+            for (to, i) in room.iter_mut().zip(Bits(u64::from(rest))) {
+                *to = node(i as u32);
+            }
+        }
+        self.len += word.count_ones() as usize;
+    }
+}
 
 /// Visits the patches of the owners in `ranks`; returns the sum, and the numbers of vertices that
 /// the bricks own and of triangles.
@@ -190,7 +237,7 @@ fn visit<S: Sampler, V: Visitor>(
         let brick = bricks.position(number);
         let spans = scene.spans(brick);
         gather(scene.signs_above(brick, made), &mut block.rows);
-        number_patch(&spans, block, next, lists);
+        arch.dispatch(Numbering { spans: &spans, block, next, lists });
         lap.ends(Stage::Number);
 
         positions.clear();
@@ -200,7 +247,7 @@ fn visit<S: Sampler, V: Visitor>(
         let rank = bricks.active.rank(number);
         if let Some(rank) = rank {
             bricks.activities.expand(bricks.activity(rank), activity);
-            let edges = [&lists[0][..], &lists[1], &lists[2]];
+            let edges = [0, 1, 2].map(|a| lists[a].nodes());
             placer.crossings_of_cells(
                 arch,
                 scene.sampler,
@@ -216,7 +263,7 @@ fn visit<S: Sampler, V: Visitor>(
             )?;
             placer.keep_off(&lines, |place| scene.is_crowded(brick, place), positions);
         }
-        positions.extend(lists[3].iter().map(|&node| {
+        positions.extend(lists[3].nodes().iter().map(|&node| {
             let place = place_of(node);
             [0, 1, 2].map(|a| lines.placed[a][place[a]])
         }));
@@ -234,7 +281,7 @@ fn visit<S: Sampler, V: Visitor>(
         let patch = Patch {
             brick,
             activity: if rank.is_some() { activity } else { &[] },
-            nodes: lists.each_ref().map(|list| &list[..]),
+            nodes: lists.each_ref().map(List::nodes),
             positions,
             roots,
             triangles: &triangles[..count],
@@ -242,7 +289,7 @@ fn visit<S: Sampler, V: Visitor>(
             lines: &lines,
         };
         visitor.visit(memory, &patch, &mut sum)?;
-        let own = lists.iter().flatten().filter(|node| is_own(**node)).count();
+        let own = lists.iter().flat_map(List::nodes).filter(|node| is_own(**node)).count();
         counts = [counts[0] + own as u64, counts[1] + count as u64];
         lap.ends(Stage::Write);
     }
@@ -256,53 +303,67 @@ pub const fn is_own(node: u16) -> bool {
     node < (BRICK * BRICK * BRICK) as u16
 }
 
-/// Lists the vertices of a brick's cells and numbers them in their order, for [`Facing`]: `block`
-/// holds the signs, and receives the first number of each row; `next` receives those at the far
-/// end along x.
-fn number_patch(spans: &Spans, block: &mut Block, next: &mut Block, lists: &mut Lists) {
-    lists.iter_mut().for_each(Vec::clear);
-    let [xs, ys, zs] = spans.0;
-    let Block { rows, crossings: _, x, y, z, planes } = block;
-    let rows: &Rows = rows;
-    let mut at = 0;
-    let mut row = |list: &mut Vec<u16>,
-                   first: &mut u32,
-                   beyond: Option<&mut u32>,
-                   word: u32,
-                   [j, k]: [usize; 2]| {
-        *first = at;
-        at += word.count_ones();
-        if let Some(beyond) = beyond {
-            *beyond = *first + (word & ROW).count_ones();
+/// Lists the vertices of a brick's cells and numbers them in their order, for [`Facing`]; a task for
+/// [`Arch::dispatch`].
+struct Numbering<'a> {
+    spans: &'a Spans,
+    /// Holds the signs, and receives the first number of each row.
+    block: &'a mut Block,
+    /// Receives the first numbers at the far end along x.
+    next: &'a mut Block,
+    lists: &'a mut Lists,
+}
+
+impl NullaryFnOnce for Numbering<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let Self { spans, block, next, lists } = self;
+        let [xs, ys, zs] = spans.0;
+        let Block { rows, crossings: _, x, y, z, planes } = block;
+        let rows: &Rows = rows;
+        lists.iter_mut().for_each(|list| list.len = 0);
+        let [along_x, along_y, along_z, nodes] = lists;
+        let mut at = 0;
+        for k in 0..SIDE {
+            for j in 0..SIDE {
+                let word = (rows[k][j] ^ rows[k][j] >> 1) & xs.edge & ROW;
+                number(along_x, &mut at, &mut x[k][j], word, [j, k]);
+            }
         }
-        list.extend(Bits(u64::from(word)).map(|i| node_at([i, j, k])));
-    };
-    for k in 0..SIDE {
-        for j in 0..SIDE {
-            let word = (rows[k][j] ^ rows[k][j] >> 1) & xs.edge & ROW;
-            row(&mut lists[0], &mut x[k][j], None, word, [j, k]);
+        for k in 0..SIDE {
+            for j in 0..BRICK {
+                let word = (rows[k][j] ^ rows[k][j + 1]) & spread(ys.edge, j);
+                number(along_y, &mut at, &mut y[k][j], word, [j, k]);
+                next.y[k][j] = y[k][j] + (word & ROW).count_ones();
+            }
+        }
+        for k in 0..BRICK {
+            for j in 0..SIDE {
+                let word = (rows[k][j] ^ rows[k + 1][j]) & spread(zs.edge, k);
+                number(along_z, &mut at, &mut z[k][j], word, [j, k]);
+                next.z[k][j] = z[k][j] + (word & ROW).count_ones();
+            }
+        }
+        if !spans.meet_outer() {
+            return;
+        }
+        for k in 0..SIDE {
+            for j in 0..SIDE {
+                let word = rows[k][j] & (xs.outer | spread(ys.outer, j) | spread(zs.outer, k));
+                number(nodes, &mut at, &mut planes[k][j], word, [j, k]);
+                next.planes[k][j] = planes[k][j] + (word & ROW).count_ones();
+            }
         }
     }
-    for k in 0..SIDE {
-        for j in 0..BRICK {
-            let word = (rows[k][j] ^ rows[k][j + 1]) & spread(ys.edge, j);
-            row(&mut lists[1], &mut y[k][j], Some(&mut next.y[k][j]), word, [j, k]);
-        }
-    }
-    for k in 0..BRICK {
-        for j in 0..SIDE {
-            let word = (rows[k][j] ^ rows[k + 1][j]) & spread(zs.edge, k);
-            row(&mut lists[2], &mut z[k][j], Some(&mut next.z[k][j]), word, [j, k]);
-        }
-    }
-    let plain = |span: u32| span & (ROW << 1 | 1) == 0;
-    if plain(xs.outer) && plain(ys.outer) && plain(zs.outer) {
-        return;
-    }
-    for k in 0..SIDE {
-        for j in 0..SIDE {
-            let word = rows[k][j] & (xs.outer | spread(ys.outer, j) | spread(zs.outer, k));
-            row(&mut lists[3], &mut planes[k][j], Some(&mut next.planes[k][j]), word, [j, k]);
-        }
-    }
+}
+
+/// Adds the vertices of row `[j, k]`, where bits of `word` are set, to `list`; they are numbered from
+/// `at` on, which becomes `first`.
+#[inline(always)]
+fn number(list: &mut List, at: &mut u32, first: &mut u32, word: u32, [j, k]: [usize; 2]) {
+    *first = *at;
+    *at += word.count_ones();
+    list.extend(word, node_at([0, j, k]));
 }

@@ -4,7 +4,6 @@ use crate::contour::Grid;
 use crate::eval::rates::{Across, Rates};
 use crate::eval::{Engine, Program, ProgramError};
 use crate::expr::{Graph, NodeId, ParameterId};
-use crate::mesh::Mesh;
 use crate::solid::Solid;
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -75,28 +74,6 @@ impl KeptRates {
         let rates = Rates::new(program, parameters, across, engine)?;
         kept().push((asked, rates.clone()));
         Ok(rates)
-    }
-}
-
-/// Memory of a mesh that was measured, for the next.
-#[derive(Debug, Default)]
-pub(super) struct Spare(Mutex<Mesh>);
-
-impl Spare {
-    /// The largest memory that is kept, in bytes: a million triangles.
-    const MOST: usize = 32 << 20;
-
-    /// The memory kept, if any.
-    pub(super) fn take(&self) -> Mesh {
-        std::mem::take(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
-    }
-
-    /// Keeps the memory of `mesh`, unless it is large.
-    pub(super) fn keep(&self, mesh: Mesh) {
-        let (positions, triangles) = (&mesh.positions, &mesh.triangles);
-        if size_of_val(&positions[..]) + size_of_val(&triangles[..]) <= Self::MOST {
-            *self.0.lock().unwrap_or_else(PoisonError::into_inner) = mesh;
-        }
     }
 }
 

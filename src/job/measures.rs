@@ -2,6 +2,7 @@
 
 use super::{Error, FieldOn, Job, Report, Settings};
 use crate::contour::Grid;
+use crate::measure::totals;
 use crate::mesh::Mesh;
 use crate::mesh::check::{Check, check};
 use crate::mesh::measure::{self, measure};
@@ -76,8 +77,9 @@ impl Job {
         Ok((mesh, measures))
     }
 
-    /// Meshes the solid in memory and returns its volume, area and density: those of
-    /// [`measure`](Self::measure), in a fraction of its time.
+    /// The volume, area and density of the mesh, without keeping the mesh: those of
+    /// [`measure`](Self::measure) but for the rounding of sums (some parts in 1e14), in a fraction
+    /// of its time. They do not depend on the number of threads.
     ///
     /// The walls of shells are not looked at: [`Report::walls`] is `None`.
     ///
@@ -86,13 +88,11 @@ impl Job {
     pub fn totals(&self, settings: &Settings, progress: &Progress) -> Result<Totals, Error> {
         let grid = self.grid(settings)?;
         let (values, densities) = self.solved(&grid, settings, progress)?;
-        let mut sink = Collect::reusing(self.spare.take());
-        let mut report = self.field_on(&grid, values).contour(settings, progress, &mut sink)?;
+        let (found, mut report) = (self.field_on(&grid, values))
+            .run(settings, |bound, chosen| totals(bound, &grid, chosen, progress))?;
         report.densities = densities;
-        let mesh = sink.into_mesh();
-        let (volume, area) = measure::volume_and_area(&mesh);
-        self.spare.keep(mesh);
-        Ok(Totals { volume, area, relative_density: volume / box_volume(&report), report })
+        let relative_density = found.volume / box_volume(&report);
+        Ok(Totals { volume: found.volume, area: found.area, relative_density, report })
     }
 
     /// Volume of the intersection of the bounded operands, on the same grid.
@@ -122,4 +122,48 @@ impl Job {
 fn box_volume(report: &Report) -> f64 {
     let [lo, hi] = report.bounds;
     (0..3).map(|a| hi[a] - lo[a]).product()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PROGRAMS: [&str; 4] = [
+        "gyroid dilate 0.35 box",
+        "sphere scale 0.7 translate 1000,0,0",
+        "'sqrt(x*y) + mod(z, 0.3) - 0.2' box",
+        "box scale 0.9 rotate 0.3 1,2,3 sphere union",
+    ];
+
+    #[test]
+    fn totals_are_those_of_the_mesh_on_any_number_of_threads() {
+        for program in PROGRAMS {
+            let job = Job::parse(program).unwrap();
+            // The upper outer planes of the first box are the first nodes of its last bricks.
+            let settings = Settings::with_spacing(0.043);
+            let mesh = job.measure(&settings, &Progress::new()).unwrap();
+            let totals = |threads| {
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+                pool.install(|| job.totals(&settings, &Progress::new())).unwrap()
+            };
+            let found = totals(1);
+            let close = |a: f64, b: f64| assert!((a - b).abs() <= 1e-12 * b, "{program}: {a} {b}");
+            close(found.volume, mesh.mesh.volume);
+            close(found.area, mesh.mesh.area);
+            close(found.relative_density, mesh.relative_density);
+            let counts = |report: &Report| (report.contour.vertices, report.contour.triangles);
+            assert_eq!(counts(&found.report), counts(&mesh.report), "{program}");
+            for threads in [2, 3] {
+                let other = totals(threads);
+                assert_eq!((other.volume, other.area), (found.volume, found.area), "{program}");
+            }
+        }
+    }
+
+    #[test]
+    fn totals_of_nothing_are_refused() {
+        let job = Job::parse("'1 + 0*x' box").unwrap();
+        let found = job.totals(&Settings::with_spacing(0.5), &Progress::new());
+        assert!(matches!(found, Err(Error::Empty { .. })), "{found:?}");
+    }
 }

@@ -50,7 +50,7 @@ pub use report::Report;
 pub use structure::{Spread, Structure};
 
 use crate::contour::{self, Grid, GridError};
-use crate::eval::{Engine, ProgramError};
+use crate::eval::{Bound, Engine, ProgramError};
 use crate::expr::{Graph, NodeId};
 use crate::geom::{Aabb, Axis};
 use crate::lang::{self, Demand, Diagnostic, Rejected, Sources};
@@ -62,7 +62,7 @@ use crate::octree::Pruning;
 use crate::solid::{Solid, Span};
 use crate::vocabulary;
 use glam::DVec3;
-use kept::{Kept, KeptEnvelope, KeptRates, Spare};
+use kept::{Kept, KeptEnvelope, KeptRates};
 use levels::KeptLevels;
 use std::time::{Duration, Instant};
 
@@ -84,7 +84,6 @@ pub struct Job {
     rates: KeptRates,
     envelope: KeptEnvelope,
     levels: KeptLevels,
-    spare: Spare,
 }
 
 /// How a solid is contoured.
@@ -232,7 +231,6 @@ impl Job {
             rates: KeptRates::default(),
             envelope: KeptEnvelope::default(),
             levels: KeptLevels::default(),
-            spare: Spare::default(),
         })
     }
 
@@ -420,17 +418,29 @@ impl FieldOn<'_> {
         progress: &Progress,
         sink: &mut dyn Sink,
     ) -> Result<Report, Error> {
+        let work = |bound: &_, chosen: &_| {
+            contour::contour(bound, self.grid, chosen, progress, sink).map(|report| ((), report))
+        };
+        Ok(self.run(settings, work)?.1)
+    }
+
+    /// What `work` makes of the field bound to the grid.
+    fn run<T>(
+        &self,
+        settings: &Settings,
+        work: impl FnOnce(&Bound, &contour::Settings) -> Result<(T, contour::Report), contour::Error>,
+    ) -> Result<(T, Report), Error> {
         let start = Instant::now();
         let program = self.program.program(self.graph, self.field, settings.engine, self.grid)?;
         let compiling = start.elapsed();
         let bound = program.bind(self.grid.tables(), &self.values);
         let binding = start.elapsed() - compiling;
         let chosen = contour::Settings { pruning: settings.pruning };
-        let contour = contour::contour(&bound, self.grid, &chosen, progress, sink)?;
+        let (found, contour) = work(&bound, &chosen)?;
         if contour.triangles == 0 {
             return Err(Error::Empty { cells: self.grid.cells() });
         }
-        Ok(Report::new(self.grid, contour, self.parsing, compiling, binding))
+        Ok((found, Report::new(self.grid, contour, self.parsing, compiling, binding)))
     }
 }
 

@@ -1,6 +1,6 @@
 //! Volume and area of the mesh, and their exact derivatives by parameters, in one pass over bricks.
 //!
-//! The derivatives are those of the numbers that [`totals`] returns, the volume V and the area A of
+//! The derivatives are those of the numbers that [`totals`](super::totals()) returns, the volume V and the area A of
 //! the very mesh that contouring makes, not of the surface that it approximates: what an optimizer
 //! that evaluates V and A needs to be consistent.
 //!
@@ -34,6 +34,7 @@
 //! Remelli et al. 2020, "MeshSDF: Differentiable iso-surface extraction", section 3.2, who move
 //! vertices along normals, which is the derivative of the surface and not of the mesh.
 
+use super::totals::{Adding, Totals, middle};
 use crate::contour::grid::TAU;
 use crate::contour::sweep::{Patch, Visitor, is_own, sweep};
 use crate::contour::{Error, Grid, Report, RimRoot, Settings};
@@ -43,6 +44,7 @@ use crate::eval::{BRICK, Sampler};
 use crate::geom::Axis;
 use crate::num::Progress;
 use glam::DVec3;
+use pulp::Arch;
 
 /// A crossing whose field is farther than this many edge lengths from zero, by its slope, is a jump
 /// of the field: roots are found to 1e-13 edge lengths or the rounding of the field.
@@ -54,15 +56,6 @@ const BESIDE: f64 = 1e-9;
 
 /// Edges in a batch.
 pub(super) const BATCH: usize = 256;
-
-/// Volume and area of a mesh.
-#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
-pub struct Totals {
-    /// Volume enclosed, in cubed model units.
-    pub volume: f64,
-    /// Area of the surface, flat cuts included, in squared model units.
-    pub area: f64,
-}
 
 /// Volume and area of a mesh with their derivatives by parameters.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
@@ -101,21 +94,6 @@ impl GridMotion {
     }
 }
 
-/// Volume and area of the mesh of the field that `sampler` has bound to [`Grid::tables`].
-///
-/// # Errors
-/// [`Error`] when the field can't be evaluated or the work is cancelled.
-pub fn totals<S: Sampler>(
-    sampler: &S,
-    grid: &Grid,
-    settings: &Settings,
-    progress: &Progress,
-) -> Result<(Totals, Report), Error> {
-    let (sums, report) = sweep(sampler, grid, settings, progress, &TotalsVisitor::new(grid))?;
-    let total = sums.into_iter().fold(Totals::default(), Totals::plus);
-    Ok((total, report))
-}
-
 /// Volume and area of the mesh, and their derivatives by the parameters of `rates`, which are
 /// bound to the same tables and values as `sampler`; `motions` says how each moves the grid.
 ///
@@ -138,7 +116,8 @@ pub fn gradient<S: Sampler>(
     let across = rates.outputs().checked_sub(2 + motions.len());
     assert!(across == Some(2) || (across == Some(0) && !moving), "rates suit the motions");
     let visitor = GradientVisitor {
-        totals: TotalsVisitor::new(grid),
+        origin: middle(grid),
+        arch: Arch::new(),
         crossings: Crossings::new(rates, grid),
         motions,
         moving,
@@ -162,54 +141,11 @@ pub fn gradient<S: Sampler>(
     Ok((total, report))
 }
 
-impl Totals {
-    fn plus(self, other: Self) -> Self {
-        Self { volume: self.volume + other.volume, area: self.area + other.area }
-    }
-}
-
-/// Sums volume and area.
-struct TotalsVisitor {
-    /// The point that tetrahedra share.
-    origin: DVec3,
-}
-
-impl TotalsVisitor {
-    fn new(grid: &Grid) -> Self {
-        let middle = Axis::ALL.map(|axis| {
-            let line = grid.placed(axis);
-            0.5 * (line[0] + line[line.len() - 1])
-        });
-        Self { origin: DVec3::from_array(middle) }
-    }
-}
-
-impl Visitor for TotalsVisitor {
-    type Memory = ();
-    type Sum = Totals;
-
-    fn memory(&self) {}
-
-    fn zero(&self) -> Totals {
-        Totals::default()
-    }
-
-    fn visit(&self, (): &mut (), patch: &Patch<'_>, sum: &mut Totals) -> Result<(), Failure> {
-        let (mut volume, mut area) = (0.0, 0.0);
-        for corners in patch.triangles {
-            let [a, b, c] = corners.map(|v| DVec3::from_array(patch.positions[v as usize]));
-            let double = (b - a).cross(c - a);
-            volume += (a - self.origin).dot(double);
-            area += double.length();
-        }
-        *sum = sum.plus(Totals { volume: volume / 6.0, area: 0.5 * area });
-        Ok(())
-    }
-}
-
 /// Sums volume, area and their derivatives.
 struct GradientVisitor<'a> {
-    totals: TotalsVisitor,
+    /// The point that tetrahedra share.
+    origin: [f64; 3],
+    arch: Arch,
     crossings: Crossings<'a>,
     motions: &'a [GridMotion],
     /// Whether any of them moves.
@@ -248,8 +184,9 @@ impl Visitor for GradientVisitor<'_> {
         patch: &Patch<'_>,
         sum: &mut Gradient,
     ) -> Result<(), Failure> {
-        let here = weigh(patch, self.totals.origin, &mut memory.weights);
+        let here = self.arch.dispatch(Adding { patch, origin: self.origin });
         sum.totals = sum.totals.plus(here);
+        weigh(patch, &mut memory.weights);
         memory.along.resize(patch.positions.len() * self.motions.len(), 0.0);
         let mut first = 0;
         for axis in Axis::ALL {
@@ -268,20 +205,16 @@ impl Visitor for GradientVisitor<'_> {
     }
 }
 
-/// Volume and area of a patch; `weights` receives their derivatives by each vertex.
-fn weigh(patch: &Patch<'_>, origin: DVec3, weights: &mut Vec<[DVec3; 2]>) -> Totals {
+/// The derivatives of the volume and area of a patch by each vertex.
+fn weigh(patch: &Patch<'_>, weights: &mut Vec<[DVec3; 2]>) {
     weights.clear();
     weights.resize(patch.positions.len(), [DVec3::ZERO; 2]);
-    let (mut volume, mut area) = (0.0, 0.0);
     for corners in patch.triangles {
         let [a, b, c] = corners.map(|v| DVec3::from_array(patch.positions[v as usize]));
         let double = (b - a).cross(c - a);
-        let length = double.length();
-        volume += (a - origin).dot(double);
-        area += length;
         let by_volume = double / 6.0;
         // No triangle has zero area.
-        let half_normal = double * (0.5 / length);
+        let half_normal = double * (0.5 / double.length());
         let sides = [b - c, c - a, a - b];
         for (corner, side) in corners.iter().zip(sides) {
             let [volume, area] = &mut weights[*corner as usize];
@@ -289,7 +222,6 @@ fn weigh(patch: &Patch<'_>, origin: DVec3, weights: &mut Vec<[DVec3; 2]>) -> Tot
             *area += side.cross(half_normal);
         }
     }
-    Totals { volume: volume / 6.0, area: 0.5 * area }
 }
 
 /// The derivatives of a field at crossings.

@@ -5,7 +5,9 @@
 
 pub mod gradient;
 pub mod quadrature;
+pub mod totals;
 pub mod walls;
 
-pub use gradient::{Gradient, GridMotion, Totals, gradient, totals};
+pub use gradient::{Gradient, GridMotion, gradient};
 pub use quadrature::{Estimate, FieldMeasures, quadrature};
+pub use totals::{Totals, totals};

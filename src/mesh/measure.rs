@@ -107,17 +107,6 @@ pub fn volume(mesh: &Mesh) -> f64 {
     total(mesh, include).0 / 6.0
 }
 
-/// The volume enclosed and the area: those of [`measure`], to the bit, without the rest.
-#[must_use]
-pub fn volume_and_area(mesh: &Mesh) -> (f64, f64) {
-    let origin = origin(bounds(mesh));
-    let sum = total(mesh, |sum: &mut VolumeAndArea, [a, b, c]: [DVec3; 3]| {
-        sum.volume += (a - origin).dot((b - origin).cross(c - origin));
-        sum.area += 0.5 * (b - a).cross(c - a).length();
-    });
-    (sum.volume / 6.0, sum.area)
-}
-
 /// The least box that contains every vertex.
 #[must_use]
 pub fn bounds(mesh: &Mesh) -> Aabb {
@@ -168,20 +157,6 @@ struct Volume(f64);
 impl Sum for Volume {
     fn add(&mut self, other: Self) {
         self.0 += other.0;
-    }
-}
-
-/// Six times a volume, and an area.
-#[derive(Default)]
-struct VolumeAndArea {
-    volume: f64,
-    area: f64,
-}
-
-impl Sum for VolumeAndArea {
-    fn add(&mut self, other: Self) {
-        self.volume += other.volume;
-        self.area += other.area;
     }
 }
 
@@ -316,10 +291,9 @@ mod tests {
     }
 
     #[test]
-    fn volume_and_area_are_the_same_alone() {
+    fn the_volume_is_the_same_alone() {
         for mesh in [cube(), tetrahedron(), sphere(5), Mesh::default()] {
             let found = measure(&mesh);
-            assert_eq!(volume_and_area(&mesh), (found.volume, found.area));
             assert_eq!(volume(&mesh), found.volume);
         }
     }

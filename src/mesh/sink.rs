@@ -37,15 +37,6 @@ pub struct Collect {
 }
 
 impl Collect {
-    /// A sink that uses the memory of `mesh`, whose contents are lost.
-    ///
-    /// Memory from the system costs more to touch for the first time than a mesh to copy.
-    #[must_use]
-    pub fn reusing(mesh: Mesh) -> Self {
-        let Mesh { positions, triangles } = mesh;
-        Self { positions: Mutex::new(positions), triangles: Mutex::new(triangles) }
-    }
-
     /// The mesh received.
     #[must_use]
     pub fn into_mesh(self) -> Mesh {
