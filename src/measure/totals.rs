@@ -6,7 +6,7 @@
 //! one part in 1e14, and do not depend on the number of threads.
 //!
 //! Tetrahedra share the middle of the box, so a box far from the origin loses nothing. Triangles are
-//! added up in [`LANES`] sums, which are added pairwise at the end of a brick.
+//! added up in 32 sums, which are added pairwise at the end of a brick.
 
 use crate::contour::sweep::{Patch, Visitor, sweep};
 use crate::contour::{Error, Grid, Report, Settings};
