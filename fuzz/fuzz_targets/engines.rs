@@ -84,6 +84,7 @@ impl Case {
                 let mut slopes = graph.clone();
                 let slope = derive::partial(&mut slopes, root, axis);
                 let ends = self.points_on(axis, brick, &edges, 1.0);
+                let end_slopes = self.evaluate(&slopes, slope, &ends);
                 let ends = self.evaluate(&slopes, root, &ends);
                 let at = self.points_on(axis, brick, &edges, 0.5);
                 let values = self.evaluate(&slopes, root, &at);
@@ -92,8 +93,9 @@ impl Case {
                     for (bound, workspace) in runs.iter().zip(&mut workspaces) {
                         let found = line(bound, workspace, (axis, brick, &edges), activity, &at);
                         self.assert_same("value at an end", &found[0], &ends);
-                        self.assert_same("value on an edge", &found[1], &values);
-                        self.assert_same("slope on an edge", &found[2], &slopes);
+                        self.assert_same("slope at an end", &found[1], &end_slopes);
+                        self.assert_same("value on an edge", &found[2], &values);
+                        self.assert_same("slope on an edge", &found[3], &slopes);
                     }
                 }
             }
@@ -205,21 +207,22 @@ fn edges(source: &mut Unstructured<'_>) -> Vec<u16> {
     (0..count).map(|i| start.wrapping_add(i.wrapping_mul(2503)) % SAMPLES as u16).collect()
 }
 
-/// Values at the upper ends of edges, and values and slopes at the points `at` on them.
+/// Values and slopes at the upper ends of edges and at the points `at` on them.
 fn line(
     bound: &Bound,
     workspace: &mut Workspace,
     (axis, brick, edges): (Axis, [u32; 3], &[u16]),
     activity: &[u64],
     at: &[Vec<f64>; 3],
-) -> [Vec<f64>; 3] {
-    let [mut ends, mut values, mut slopes] = [(); 3].map(|()| vec![0.0; edges.len()]);
+) -> [Vec<f64>; 4] {
+    let [mut ends, mut end_slopes, mut values, mut slopes] =
+        [(); 4].map(|()| vec![0.0; edges.len()]);
     bound
         .line_begin(workspace, axis, brick, edges, activity)
-        .and_then(|()| bound.line_ends(workspace, End::Upper, &mut ends))
+        .and_then(|()| bound.line_ends(workspace, End::Upper, &mut ends, &mut end_slopes))
         .and_then(|()| bound.line(workspace, &at[axis.index()], &mut values, &mut slopes))
         .expect("there is no oracle");
-    [ends, values, slopes]
+    [ends, end_slopes, values, slopes]
 }
 
 /// An expression whose every operator and operand a byte or two choose.
