@@ -631,6 +631,15 @@ fn items_of_3mf_are_moved_and_scaled_to_millimetres() {
 }
 
 #[test]
+fn zeros_keep_their_sign_in_3mf() {
+    let mut mesh = potato();
+    mesh.positions[0] = [-0.0, 0.0, -0.0];
+    let (again, _) = read(&bytes(&mesh, Format::ThreeMf, Precision::Double)).unwrap();
+    let bits = |mesh: &Mesh| mesh.positions[0].map(f64::to_bits);
+    assert_eq!(bits(&again), bits(&mesh));
+}
+
+#[test]
 fn hostile_3mf_files_are_refused() {
     let refused = |inside: &str, part: &str| {
         let message = read(&archive(inside)).unwrap_err().to_string();

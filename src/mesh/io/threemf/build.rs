@@ -63,8 +63,10 @@ fn place(
     assembly: &mut Assembly<'_>,
 ) -> Result<(), Flaw> {
     let first = assembly.mesh.positions.len();
+    // Sums would lose the sign of a zero.
+    let is_still = *transform == IDENTITY;
     for point in vertices {
-        assembly.vertex(moved(point, transform))?;
+        assembly.vertex(if is_still { *point } else { moved(point, transform) })?;
     }
     let mirrored = determinant(transform) < 0.0;
     for corners in triangles {
