@@ -9,8 +9,8 @@
 //!
 //! * **Points.** At evenly spread points of the part (one in each of many cells, placed in it by an
 //!   additive recurrence) the values of the lattice's field are sorted; the level is their r-quantile. The share of the points in a set with
-//!   a smooth boundary is off by about N^(-2/3) of their number: 1e-4 for the million that are taken where
-//!   the program asks oracles, whose cost this bounds. Levels of densities that vary in space take their
+//!   a smooth boundary is off by about N^(-2/3) of their number; twice that, 2e-4 for the million that are
+//!   taken where the program asks oracles, is stated as the error. Levels of densities that vary in space take their
 //!   curves from the same values, and their r from the mean over the points.
 //! * **Quadrature.** Without oracles the level is improved by Newton's method, V and dV/dt being the
 //!   quadrature of the field ([`quadrature`](crate::measure::quadrature)) on a grid that is refined until the

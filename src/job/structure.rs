@@ -13,8 +13,8 @@
 //! numbered, weighted by the area around them. Those on the box that was contoured are left out, and balls that
 //! reach a plane of it in which the solid is cut: there a lattice goes on.
 //!
-//! **Error.** That of the mesh, of second order in the spacing, for walls of more than two spacings; with
-//! [`SAMPLES`] points means are off by less than a part in a hundred. Minima are of the sample.
+//! **Error.** That of the mesh, of second order in the spacing, for walls of more than two spacings. Means and
+//! minima are those of the sample, of [`SAMPLES`] points at most.
 //!
 //! **Overhang.** The area of triangles whose outward normal is within an angle of straight down, along -z.
 //! What rests on the floor of the bounding box is no overhang.
