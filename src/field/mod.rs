@@ -1,4 +1,4 @@
-//! Oracles: fields that no formula gives, such as the distance to a mesh.
+//! Oracles: fields that no formula gives, such as the distance to a mesh or numbers between points.
 
 pub mod balls;
 pub mod blocks;
@@ -9,6 +9,7 @@ pub mod report;
 pub mod rim;
 #[cfg(test)]
 mod samples;
+pub mod scattered;
 pub mod search;
 pub mod sides;
 pub mod sign;
