@@ -685,8 +685,8 @@ impl Row {
 mod tests {
     use super::*;
     use crate::lang::infix::{self, Coordinates, Scope};
-    use crate::lang::names;
     use crate::lang::word::normalized;
+    use crate::lang::{Leaf, names};
     use crate::solid::Span;
     use crate::solid::walk::value;
 
@@ -770,7 +770,9 @@ mod tests {
         for surface in &tpms::CATALOGUE {
             let mut graph = Graph::new();
             let equation = infix::equation(surface.formula, Span::NOWHERE, scope).unwrap();
-            let read = equation.expression(&mut graph, &mut wave);
+            let read = equation.expression(&mut graph, &mut |graph, leaf| match leaf {
+                Leaf::Parameter(name) | Leaf::Points(name) => wave(graph, name),
+            });
             let made = surface.field(&mut graph);
             for point in [[0.1, 0.27, 0.44], [-0.3, 0.62, 0.05], [0.81, -0.19, 0.33]] {
                 let [a, b] = [read, made].map(|field| value(&graph, field, point));

@@ -5,7 +5,7 @@ use alveole::eval::interpret;
 use alveole::expr::{Graph, NodeId, derive, text};
 use alveole::geom::Axis;
 use alveole::lang::infix::{self, Coordinates, Scope};
-use alveole::lang::{self, Equation, Span};
+use alveole::lang::{self, Equation, Leaf, Span};
 use libfuzzer_sys::fuzz_target;
 use std::hint::black_box;
 
@@ -45,7 +45,9 @@ fuzz_target!(|bytes: &[u8]| {
 
 fn expression(equation: &Equation) -> (Graph, NodeId) {
     let mut graph = Graph::new();
-    let root = equation.expression(&mut graph, &mut |graph, name| graph.parameter(name, 0.5));
+    let root = equation.expression(&mut graph, &mut |graph, leaf| match leaf {
+        Leaf::Parameter(name) | Leaf::Points(name) => graph.parameter(name, 0.5),
+    });
     (graph, root)
 }
 

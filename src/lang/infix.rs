@@ -136,12 +136,13 @@ impl<'a> Reader<'a> {
             }
             Lexeme::Name(name) if self.peek().0 == Lexeme::Sign('(') => self.call(name, at)?,
             Lexeme::Name(name) => self.name(name, at),
+            Lexeme::Points(text) => self.points(text, at),
             Lexeme::Sign(_) | Lexeme::End => return Err(missing_operand(lexeme, at)),
         }
         // Two operands side by side: products are never implied.
         let (next, next_at) = self.peek();
         match next {
-            Lexeme::Number(_) | Lexeme::Name(_) | Lexeme::Sign('(') => {
+            Lexeme::Number(_) | Lexeme::Name(_) | Lexeme::Points(_) | Lexeme::Sign('(') => {
                 let fault = Diagnostic::new("an operator is missing")
                     .at(next_at, "follows an operand directly");
                 Err(fault.cure("write products with `*`, as in `2*x`"))
@@ -231,6 +232,16 @@ impl<'a> Reader<'a> {
         self.terms.push(term);
     }
 
+    /// Reads numbers at points of a file.
+    fn points(&mut self, text: &str, at: Span) {
+        if let Coordinates::Forbidden(what) = self.scope.coordinates {
+            let fault = Diagnostic::new(format!("{what} can't depend on `[{text}]`"))
+                .at(at, "varies in space");
+            self.faults.push(fault.cure("give a number, or an equation of numbers"));
+        }
+        self.terms.push(Term::Points(text.to_owned()));
+    }
+
     fn unknown_name(&self, name: &str, at: Span) -> Diagnostic {
         if Function::named(name).is_some() {
             return Diagnostic::new(format!("the function `{name}` lacks its arguments"))
@@ -279,7 +290,7 @@ fn missing_operand(lexeme: Lexeme<'_>, at: Span) -> Diagnostic {
     match lexeme {
         Lexeme::End => fault.at(at, "the equation ends here"),
         Lexeme::Sign('+') => fault.at(at, "has no left side").cure("leave out the `+`"),
-        Lexeme::Number(_) | Lexeme::Name(_) | Lexeme::Sign(_) => {
+        Lexeme::Number(_) | Lexeme::Name(_) | Lexeme::Points(_) | Lexeme::Sign(_) => {
             fault.at(at, "has nothing to work on")
         }
     }
@@ -292,7 +303,7 @@ fn unexpected(lexeme: Lexeme<'_>, at: Span) -> Diagnostic {
             Diagnostic::new("a parenthesis is closed but not opened").at(at, "closes nothing")
         }
         Lexeme::Sign(',') => Diagnostic::new("a comma stands outside a call").at(at, ""),
-        Lexeme::Number(_) | Lexeme::Name(_) | Lexeme::Sign(_) | Lexeme::End => {
+        Lexeme::Number(_) | Lexeme::Name(_) | Lexeme::Points(_) | Lexeme::Sign(_) | Lexeme::End => {
             Diagnostic::new("an operator is missing").at(at, "is not expected here")
         }
     }
@@ -314,7 +325,7 @@ mod tests {
     fn check(text: &str, expected: f64) {
         let mut graph = Graph::new();
         let equation = read(text).unwrap_or_else(|faults| panic!("{text}: {faults:?}"));
-        let node = equation.expression(&mut graph, &mut |_, name| panic!("parameter {name}"));
+        let node = equation.expression(&mut graph, &mut |_, leaf| panic!("{leaf:?}"));
         assert_eq!(graph.as_constant(node), Some(expected), "{text}");
     }
 

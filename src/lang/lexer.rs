@@ -9,11 +9,16 @@ pub enum Lexeme<'a> {
     Number(f64),
     /// The name of a coordinate, constant, parameter or function.
     Name(&'a str),
+    /// What stands in brackets: a file of points, and what of it is meant.
+    Points(&'a str),
     /// One of `+ - * / ^ ( ) ,`; `**` is read as `^`.
     Sign(char),
     /// The end of the text.
     End,
 }
+
+/// What brackets are for.
+const BRACKETS: &str = "write `[FILE]` for numbers at points of a file, or `(...)` for parentheses";
 
 /// The parts of `text`, whose first byte is at `span`, each with its place; [`Lexeme::End`] last.
 ///
@@ -47,6 +52,19 @@ pub fn lexemes(text: &str, span: Span) -> Result<Vec<(Lexeme<'_>, Span)>, Diagno
                     return Err(fault.cure("the largest number is about 1.8e308"));
                 }
                 (Lexeme::Number(value), length)
+            }
+            '[' => {
+                let Some(length) = rest.find(']') else {
+                    let fault = Diagnostic::new("a bracket is not closed");
+                    let fault = fault.at(place(at, at + 1), "opens here");
+                    return Err(fault.cure(BRACKETS));
+                };
+                let inner = rest[1..length].trim();
+                if inner.is_empty() {
+                    let fault = Diagnostic::new("the brackets name no file of points");
+                    return Err(fault.at(place(at, at + length + 1), "").cure(BRACKETS));
+                }
+                (Lexeme::Points(inner), length + 1)
             }
             _ if letter.is_ascii_alphabetic() || letter == '_' => {
                 let ends = |c: char| !(c.is_ascii_alphanumeric() || c == '_');
@@ -101,7 +119,7 @@ fn plain_form(letter: char) -> Option<&'static str> {
         '²' => Some("^2"),
         '³' => Some("^3"),
         '√' => Some("sqrt(...)"),
-        '[' | '{' => Some("("),
+        '{' => Some("("),
         ']' | '}' => Some(")"),
         _ => None,
     }
@@ -121,7 +139,8 @@ mod tests {
 
     #[test]
     fn numbers_names_and_signs() {
-        use Lexeme::{Name, Number, Sign};
+        use Lexeme::{Name, Number, Points, Sign};
+        check("2*[ a b,c (1.fap ]", &[Number(2.0), Sign('*'), Points("a b,c (1.fap")]);
         check("", &[]);
         check("1", &[Number(1.0)]);
         check(" .5 5. 1.25e-3 2E2 ", &[Number(0.5), Number(5.0), Number(1.25e-3), Number(200.0)]);
@@ -140,6 +159,8 @@ mod tests {
             let span = Span { source: 0, start: 0, end: text.len() as u32 };
             assert_eq!(lexemes(text, span).unwrap_err().message, message);
         };
+        check("[a", "a bracket is not closed");
+        check("2*[ ]", "the brackets name no file of points");
         check("2∗x", "`∗` has no meaning in an equation");
         check("x=1", "`=` has no meaning in an equation");
         check(".", "`.` is not a number");

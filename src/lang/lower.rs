@@ -6,13 +6,13 @@
 //! Source: the Cesogen paper, section 3.2.
 
 use super::infix::{self, Coordinates, Scope};
-use super::syntax::{Content, Equation, Item, Located, Operation, Value};
+use super::syntax::{Content, Equation, Item, Leaf, Located, Operation, Term, Value};
 use super::word::{Given, Shape};
 use super::{
     Action, Argument, Arguments, Demand, Diagnostic, Loaded, Loader, Span, Vocabulary, Word,
 };
 use crate::expr::defined::is_always_defined;
-use crate::expr::{Graph, NodeId, Output};
+use crate::expr::{Graph, NodeId, OracleId, Output};
 use crate::solid::Solid;
 use rustc_hash::FxHashMap;
 
@@ -45,9 +45,9 @@ pub fn run(
         .map(|(name, value)| (name.clone(), graph.parameter(name, *value)))
         .collect();
     let values = parameters.iter().map(|(_, value)| *value).collect();
-    let meshes = FxHashMap::default();
+    let (meshes, points) = (FxHashMap::default(), FxHashMap::default());
     let (demands, alone) = (Vec::new(), items.len() == 1);
-    let mut machine = Machine { graph, loader, nodes, values, meshes, demands, alone };
+    let mut machine = Machine { graph, loader, nodes, values, meshes, points, demands, alone };
     let mut stack: Vec<Solid> = Vec::new();
     let mut faults = Vec::new();
     for item in items {
@@ -89,6 +89,7 @@ struct Machine<'a> {
     nodes: FxHashMap<String, NodeId>,
     values: Vec<f64>,
     meshes: FxHashMap<String, Loaded>,
+    points: FxHashMap<String, OracleId>,
     demands: Vec<Demand>,
     /// Whether the program has but one item.
     alone: bool,
@@ -117,7 +118,9 @@ impl Machine<'_> {
                 Ok(make(self.graph, &arguments))
             }
             Operation::Equation(equation) => {
-                let field = self.expression(equation);
+                let field = self
+                    .expression(equation, item.span)
+                    .map_err(|fault| Failed { faults: vec![fault], is_final: false })?;
                 let solid = Solid::unbounded(self.graph, field);
                 // On its own, what is not a number is outside anyway, and can be counted.
                 Ok(if self.alone { solid } else { self.defined(solid) })
@@ -217,7 +220,9 @@ impl Machine<'_> {
                 }
                 Content::Numbers(components) => components,
             };
-            let nodes: Vec<_> = components.iter().map(|c| self.expression(c)).collect();
+            let nodes: Result<Vec<_>, _> =
+                components.iter().map(|c| self.expression(c, span)).collect();
+            let nodes = nodes.map_err(|fault| vec![fault])?;
             arguments.0.push(Given::Numbers(match nodes.as_slice() {
                 [a, b, c] => [*a, *b, *c],
                 [one, ..] => [*one; 3],
@@ -232,12 +237,34 @@ impl Machine<'_> {
         if faults.is_empty() { Ok(arguments) } else { Err(faults) }
     }
 
-    fn expression(&mut self, equation: &Equation) -> NodeId {
-        let nodes = &self.nodes;
-        equation.expression(self.graph, &mut |graph, name| match nodes.get(name) {
-            Some(node) => *node,
-            None => graph.parameter(name, f64::NAN),
-        })
+    /// The node of `equation`, which stands at `span`; files of points are read once.
+    fn expression(&mut self, equation: &Equation, span: Span) -> Result<NodeId, Diagnostic> {
+        for term in equation.terms() {
+            if let Term::Points(text) = term
+                && !self.points.contains_key(text)
+            {
+                self.loader.check_points(text).map_err(|usage| {
+                    let message = format!("`[{text}]` names no numbers at points of a file");
+                    Diagnostic::new(message).at(span, "").cure(usage.cause)
+                })?;
+                let oracle = self.loader.points(text).map_err(|refusal| {
+                    let message = format!("can't read the points `[{text}]`: {refusal}");
+                    Diagnostic::new(message).at(span, "").of_a_file()
+                })?;
+                self.points.insert(text.clone(), self.graph.add_oracle(&oracle));
+            }
+        }
+        let Self { nodes, points, graph, .. } = self;
+        Ok(equation.expression(graph, &mut |graph, leaf| match leaf {
+            Leaf::Parameter(name) => match nodes.get(name) {
+                Some(node) => *node,
+                None => graph.parameter(name, f64::NAN),
+            },
+            Leaf::Points(text) => {
+                let point = graph.point();
+                graph.oracle(points[text], Output::Value, point)
+            }
+        }))
     }
 }
 

@@ -27,10 +27,10 @@ pub mod words;
 pub use diagnostic::{Diagnostic, Label};
 pub use parameters::Demand;
 pub use source::{Place, Source, Sources};
-pub use syntax::{Equation, Item, Operation, Value};
+pub use syntax::{Equation, Item, Leaf, Operation, Value};
 pub use word::{
     Action, Argument, Arguments, Domain, Loaded, Loader, MakeShape, Presence, Refusal, Shape,
-    Vocabulary, Word,
+    Translation, Vocabulary, Word,
 };
 pub use words::Token;
 

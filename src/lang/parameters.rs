@@ -6,7 +6,7 @@
 use super::infix::{self, Coordinates, Scope};
 use super::lexer::{Lexeme, lexemes};
 use super::names::{self, CONSTANTS, Function};
-use super::syntax::{Equation, Item, Operation, Term, Value};
+use super::syntax::{Equation, Item, Leaf, Operation, Term, Value};
 use super::word::normalized;
 use super::{Argument, Diagnostic, Rejected, Shape, Sources, Span, Vocabulary};
 use crate::expr::{Graph, NodeId, depends};
@@ -84,7 +84,11 @@ pub(super) fn listed(
         graph.parameter(name, *value);
     }
     let number = |equation: &Equation| {
-        let node = equation.expression(&mut graph, &mut |graph, name| graph.parameter(name, 0.0));
+        let node = equation.expression(&mut graph, &mut |graph, leaf| match leaf {
+            Leaf::Parameter(name) => graph.parameter(name, 0.0),
+            // Forbidden by the scope.
+            Leaf::Points(_) => graph.constant(f64::NAN),
+        });
         let value = Values::new(&graph, &present).of(node).filter(|value| value.is_finite());
         value.ok_or_else(|| {
             let message = format!("{what} must be a finite number");
@@ -170,6 +174,7 @@ pub(super) fn used(items: &[Item]) -> FxHashSet<&str> {
             Term::Number(_)
             | Term::Coordinate(_)
             | Term::Constant(_)
+            | Term::Points(_)
             | Term::Negate
             | Term::Infix(_)
             | Term::Call(..) => None,

@@ -313,7 +313,7 @@ impl<'a> Reader<'a> {
                 return Some(fault(format!("unknown word `{text}`")).cure(cure));
             }
         }
-        if let Some((_, extension)) = text.rsplit_once('.') {
+        if let Some((_, extension)) = text.rsplit_once('.').filter(|_| !text.contains('[')) {
             let is_extension = extension.starts_with(|c: char| c.is_ascii_alphabetic())
                 && extension.chars().all(|c| c.is_ascii_alphanumeric());
             if is_extension {

@@ -101,12 +101,23 @@ pub enum Term {
     Constant(usize),
     /// A parameter.
     Parameter(String),
+    /// Numbers at points of a file, as they stand in brackets.
+    Points(String),
     /// The negative of the term before.
     Negate,
     /// An infix operator on the two terms before.
     Infix(Infix),
     /// A function of that many terms before.
     Call(Function, usize),
+}
+
+/// A part of an equation that others know the node of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Leaf<'a> {
+    /// The parameter of this name.
+    Parameter(&'a str),
+    /// Numbers at points of a file; see [`Term::Points`].
+    Points(&'a str),
 }
 
 /// An infix operator.
@@ -177,17 +188,17 @@ impl Equation {
     /// Whether the point occurs in it.
     #[must_use]
     pub fn has_coordinate(&self) -> bool {
-        self.0.iter().any(|term| matches!(term, Term::Coordinate(_)))
+        self.0.iter().any(|term| matches!(term, Term::Coordinate(_) | Term::Points(_)))
     }
 
-    /// Its expression, where `parameter` makes the nodes of parameters.
+    /// Its expression, where `leaf` makes the nodes of parameters and of numbers at points.
     ///
     /// # Panics
     /// Never for equations read from text.
     pub fn expression(
         &self,
         graph: &mut Graph,
-        parameter: &mut dyn FnMut(&mut Graph, &str) -> NodeId,
+        leaf: &mut dyn FnMut(&mut Graph, Leaf<'_>) -> NodeId,
     ) -> NodeId {
         let mut stack: Vec<NodeId> = Vec::new();
         for term in &self.0 {
@@ -195,7 +206,8 @@ impl Equation {
                 Term::Number(value) => graph.constant(*value),
                 Term::Coordinate(axis) => graph.coordinate(*axis),
                 Term::Constant(index) => graph.constant(CONSTANTS[*index].1),
-                Term::Parameter(name) => parameter(graph, name),
+                Term::Parameter(name) => leaf(graph, Leaf::Parameter(name)),
+                Term::Points(text) => leaf(graph, Leaf::Points(text)),
                 Term::Negate => {
                     let [a] = operands(&mut stack);
                     graph.neg(a)
@@ -247,6 +259,7 @@ impl fmt::Display for Equation {
                 Term::Coordinate(axis) => (["x", "y", "z"][axis.index()].to_owned(), ATOM),
                 Term::Constant(index) => (CONSTANTS[*index].0.to_owned(), ATOM),
                 Term::Parameter(name) => (name.clone(), ATOM),
+                Term::Points(text) => (format!("[{text}]"), ATOM),
                 Term::Negate => {
                     let a = stack.pop().unwrap_or_default();
                     (format!("-{}", enclosed(a, Infix::NEGATION)), Infix::NEGATION)

@@ -1,5 +1,6 @@
 //! What the language asks of those who know shapes and files.
 
+use super::{Diagnostic, Span};
 use crate::expr::{Graph, NodeId, Oracle};
 use crate::geom::Aabb;
 use crate::solid::Solid;
@@ -278,6 +279,44 @@ pub trait Loader {
     fn lattice(&mut self, _path: &str) -> Result<Arc<MakeShape>, Refusal> {
         Err(Refusal { cause: "lattice files can't be read here".to_owned() })
     }
+
+    /// Whether `text`, as it stands in brackets in an equation, names numbers at points of a file.
+    ///
+    /// # Errors
+    /// [`Refusal`] that says what to write, if it does not.
+    fn check_points(&self, _text: &str) -> Result<(), Refusal> {
+        Ok(())
+    }
+
+    /// The numbers at points that `text` names, as it stands in brackets in an equation: a file, and
+    /// what of it is meant.
+    ///
+    /// # Errors
+    /// [`Refusal`] if it can't be read or holds no points.
+    fn points(&mut self, _text: &str) -> Result<Arc<dyn Oracle>, Refusal> {
+        Err(Refusal { cause: "files of points can't be read here".to_owned() })
+    }
+
+    /// The program text for `word`, which stands at `span`, if it is the input of another tool.
+    ///
+    /// # Errors
+    /// A diagnostic if it is one, and can't be read or translated.
+    fn translation(
+        &mut self,
+        _word: &str,
+        _span: Span,
+    ) -> Option<Result<Translation, Box<Diagnostic>>> {
+        None
+    }
+}
+
+/// A program text that stands for a word.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Translation {
+    /// What to call it in messages.
+    pub name: String,
+    /// The text, as a file would hold it.
+    pub text: String,
 }
 
 /// The distance to a mesh and the box around it.

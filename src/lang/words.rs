@@ -4,10 +4,13 @@
 //! the next such quote, blanks and all; quotes elsewhere are ordinary letters (`g'` is a word). A
 //! `#` at the beginning of a word begins a comment to the end of the line. Files may name files.
 //!
+//! Words that are inputs of other tools are replaced by the words of their translations, which name
+//! no further files of words.
+//!
 //! Source: the Cesogen paper has `@file` without quotes, comments or nesting; those are ours.
 
 use super::source::offset;
-use super::{Diagnostic, Loader, Rejected, Sources, Span};
+use super::{Diagnostic, Loader, Rejected, Sources, Span, Translation};
 
 /// Files within files, at most.
 const DEPTH_LIMIT: usize = 16;
@@ -50,7 +53,15 @@ pub fn expand(
             continue;
         };
         let Some(path) = word.text.strip_prefix('@') else {
-            words.push(word);
+            match loader.translation(&word.text, word.span) {
+                None => words.push(word),
+                Some(translated) => match translated.and_then(|translation| {
+                    translated_words(translation, &mut size, sources).map_err(Box::new)
+                }) {
+                    Ok(rest) => words.extend(rest.into_iter().rev()),
+                    Err(fault) => faults.push(*fault),
+                },
+            }
             continue;
         };
         match included(path, &word, &open, &mut size, sources, loader) {
@@ -59,6 +70,25 @@ pub fn expand(
         }
     }
     if faults.is_empty() { Ok(words) } else { Err(faults) }
+}
+
+/// The words of `translation`, last first.
+fn translated_words(
+    translation: Translation,
+    size: &mut usize,
+    sources: &mut Sources,
+) -> Result<Vec<Token>, Diagnostic> {
+    let Translation { name, text } = translation;
+    *size += text.len();
+    if *size > SIZE_LIMIT {
+        return Err(too_large());
+    }
+    let source = sources.add(&name, text);
+    split(&sources.all()[source as usize].text, source)
+}
+
+fn too_large() -> Diagnostic {
+    Diagnostic::new(format!("the files of the program exceed {} MiB", SIZE_LIMIT >> 20))
 }
 
 /// The words of the file `path`, last first.
@@ -85,8 +115,7 @@ fn included(
         .map_err(|refusal| fault(format!("can't read `{path}`: {refusal}"), "").of_a_file())?;
     *size += text.len();
     if *size > SIZE_LIMIT {
-        let limit = SIZE_LIMIT >> 20;
-        return Err(fault(format!("the files of the program exceed {limit} MiB"), ""));
+        return Err(too_large().at(word.span, ""));
     }
     let source = sources.add(path, text);
     split(&sources.all()[source as usize].text, source)

@@ -1,11 +1,11 @@
 //! Ranges of expressions over a box, perhaps an unbounded one.
 //!
 //! The natural interval extension: every value that the expression takes in the box lies in the
-//! range, which may be several times too wide. Oracles have any value.
+//! range, which may be several times too wide. Oracles have the range that they say; their slopes have any value.
 
 use super::Values;
 use crate::expr::enclosure;
-use crate::expr::{Node, NodeId, depends};
+use crate::expr::{Node, NodeId, Output, depends};
 use crate::geom::Aabb;
 use crate::num::Interval;
 use rustc_hash::FxHashMap;
@@ -34,6 +34,9 @@ impl Values<'_> {
                 }
                 Node::Binary(op, a, b) => enclosure::binary(op, at(a), at(b)),
                 Node::Pick(extremum, list) => enclosure::pick(extremum, list.map(at)),
+                Node::Oracle(oracle, Output::Value, point) => {
+                    self.graph().oracles()[oracle.index()].range(point.map(at))
+                }
                 Node::Oracle(..) => Interval::ANYTHING,
             };
             known.insert(id, range);

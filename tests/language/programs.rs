@@ -145,6 +145,25 @@ fn the_final_intersection_keeps_the_order_of_its_operands() {
 }
 
 #[test]
+fn points_of_files_are_numbers_that_vary_in_space() {
+    // The loader's points are the distance to the ball of radius 3/4.
+    check("sphere dilate '2*[points.fap]'", [0.0, 2.0, 0.0], 1.0 - 2.0 * 1.25);
+    check("[points.fap]", [0.0, 0.0, 1.0], 0.25);
+    // An equation is one of the space in which its operation stands.
+    check("sphere dilate [points.fap] translate 3,0,0", [3.0, 0.0, 0.0], -1.0 + 0.75);
+    let program = program("[points.fap] [points.fap]+x [points2.fap]");
+    assert_eq!(program.graph.oracles().len(), 2);
+}
+
+#[test]
+fn a_translation_takes_the_place_of_its_word() {
+    let words = ["box".to_owned(), "other:typo".to_owned(), "x".to_owned()];
+    let text = lang::expand(&words, &mut crate::support::Files).unwrap();
+    let spelt: Vec<_> = text.words.iter().map(|word| word.text.as_str()).collect();
+    assert_eq!(spelt, ["box", "shpere", "x"]);
+}
+
+#[test]
 fn a_mesh_named_twice_is_one_oracle() {
     let program = program("mesh1.ply mesh1.ply translate 1,0,0 mesh2.ply union union");
     assert_eq!(program.graph.oracles().len(), 2);

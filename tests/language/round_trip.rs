@@ -65,6 +65,7 @@ fn equations_print_with_the_parentheses_they_need() {
     check("min( x,y , 1e-9*z )", "min(x,y,1e-9*z)");
     check("clamp(x,0,1)*tau*t", "clamp(x,0,1)*tau*t");
     check("x*1e300", "x*1e300");
+    check("2 * [ points a,b (1.fap ] ^ 2", "2*[points a,b (1.fap]^2");
 }
 
 #[test]
@@ -86,7 +87,8 @@ fn random_words_never_panic() {
     const PIECES: &[&str] = &[
         "box", "sphere", "scale", "rotate", "union", "torus", "minor", "x", "y", "+", "-", "*",
         "(", ")", ",", "2", "1e", ".", "^", "sin", "'", "\"", "@plain", "@self", "@", "ξ", "\u{0}",
-        "mesh.ply", "g'", "q*", " ", "\n", "=", "t", "%", "angle", "pi",
+        "mesh.ply", "g'", "q*", " ", "\n", "=", "t", "%", "angle", "pi", "[", "]", "points",
+        "other:", "typo",
     ];
     for seed in 0..4000 {
         let mut random = Random::new(seed);

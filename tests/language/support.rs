@@ -3,8 +3,11 @@
 use alveole::cellular::struts::{Cell, Strut};
 use alveole::expr::{Failure, Graph, Node, NodeId, Oracle, Queries};
 use alveole::geom::Aabb;
-use alveole::lang::{self, Loaded, Loader, MakeShape, Program, Refusal, Rejected};
+use alveole::lang::{
+    self, Diagnostic, Loaded, Loader, MakeShape, Program, Refusal, Rejected, Translation,
+};
 use alveole::num::Interval;
+use alveole::solid::Span;
 use alveole::vocabulary::{self, Words};
 use glam::DVec3;
 use std::sync::Arc;
@@ -83,6 +86,35 @@ impl Loader for Files {
         }
         let edge = Strut::between(DVec3::ZERO, DVec3::X);
         Ok(vocabulary::lattice(Cell::new(vec![edge], Vec::new())))
+    }
+
+    fn check_points(&self, text: &str) -> Result<(), Refusal> {
+        let usage = || Refusal { cause: "write `[FILE.fap]`".to_owned() };
+        if text.ends_with("fap") { Ok(()) } else { Err(usage()) }
+    }
+
+    fn points(&mut self, text: &str) -> Result<Arc<dyn Oracle>, Refusal> {
+        if !text.starts_with("points") {
+            return Err(Refusal { cause: "no such file".to_owned() });
+        }
+        Ok(Arc::new(Ball))
+    }
+
+    fn translation(
+        &mut self,
+        word: &str,
+        span: Span,
+    ) -> Option<Result<Translation, Box<Diagnostic>>> {
+        let line = word.strip_prefix("other:")?;
+        let fault = || Diagnostic::new("other tools know no such thing").at(span, "").cure("ask");
+        Some(match line {
+            "plain" => {
+                Ok(Translation { name: "plain".to_owned(), text: "'x + 1'\nsphere @a".to_owned() })
+            }
+            "typo" => Ok(Translation { name: "typo".to_owned(), text: "shpere".to_owned() }),
+            "open" => Ok(Translation { name: "open".to_owned(), text: "'x".to_owned() }),
+            _ => Err(Box::new(fault())),
+        })
     }
 }
 
