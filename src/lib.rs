@@ -54,7 +54,7 @@
 //! | [`lang`] | program text: words, equations, diagnostics |
 //! | [`eval`] | the interpreter and the compiler, behind one [`Sampler`](eval::Sampler) |
 //! | [`mesh`] | triangle meshes: topology, checks, measures, files |
-//! | [`field`] | oracles: the signed distance to a mesh |
+//! | [`field`] | oracles: the signed distance to a mesh, numbers between points |
 //! | [`octree`] | interval subdivision down to bricks |
 //! | [`contour`] | grid, cases, placement, streaming assembly |
 //! | [`measure`] | quantities that need the field as well as the mesh |
@@ -75,6 +75,7 @@
 //! | a shape or an operation | [`solid`], a row of [`vocabulary`] | the table's tests: help, source, bounds |
 //! | a field without a formula | a file in [`field`] | the contract of [`expr::Oracle`] |
 //! | a mesh format | a file in [`mesh::io`] | `tests/formats.rs` |
+//! | the input of another tool | a file in [`job::convert`], a line in [`job::loader`] | `tests/convert.rs` |
 //! | a subcommand | a file in [`cli`] | help is required; `tests/cli.rs` |
 #![cfg_attr(test, allow(clippy::unwrap_used))]
 

@@ -25,6 +25,8 @@ pub(super) enum Command {
     Measure(MeasureArguments),
     /// Check and measure a mesh file
     Check(CheckArguments),
+    /// Print the program that the input of another tool stands for: ASLI's config.yml, Scaffolder's line
+    Convert(ConvertArguments),
     /// Answer requests on standard input, a line of JSON each, keeping programs compiled
     Serve(ServeArguments),
     /// Print a completion script for a shell
@@ -56,6 +58,7 @@ impl Programmed for Alveole {
             Command::Measure(arguments) => &arguments.work.program,
             Command::List(_)
             | Command::Check(_)
+            | Command::Convert(_)
             | Command::Serve(_)
             | Command::Completions { .. } => &[],
         }
@@ -162,6 +165,17 @@ pub(super) struct CheckArguments {
     /// Print JSON instead of a table
     #[arg(long)]
     pub(super) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct ConvertArguments {
+    /// Say nothing but errors
+    #[arg(short, long)]
+    pub(super) quiet: bool,
+
+    /// The program: configurations of ASLI (`config.yml`), lines of Scaffolder after `scaffolder:`, words
+    #[arg(required = true, trailing_var_arg = true, value_name = "PROGRAM", value_hint = ValueHint::AnyPath)]
+    pub(super) program: Vec<String>,
 }
 
 #[derive(Debug, Args)]

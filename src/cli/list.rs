@@ -84,7 +84,10 @@ pub(super) fn summary() -> String {
         "A program is a list of words in postfix order; what is left on the stack is intersected.\n\n\
          Shapes: {}.\n\nPeriodic surfaces: {}.\n\nCells of struts and plates: {}.\n\nRandom solids: {}.\n\nOperations on the last shape: {}.\n\n\
          Operations on the last two shapes: {}.\n\nAnything else is a mesh file (.ply .stl .3mf .obj .off), \
-         a lattice file (.cell .cell.json .ltcx), an equation in x, y and z with the functions {}, or @FILE, which stands for the words in a file.\n\n\
+         a lattice file (.cell .cell.json .ltcx), an equation in x, y and z with the functions {}, or @FILE, which stands for the words in a file. \
+         In equations, [FILE.fap] and [FILE.sap] are numbers and sizes between the points of a file of lines x,y,z,value.\n\n\
+         Inputs of other tools stand for programs, which `alveole convert` prints: CONFIG.yml of ASLI, and a line of Scaffolder as \
+         scaffolder:gyroid,6.28,0.3.\n\n\
          `alveole list WORD` explains a word and says whether its field is a distance. Exit codes: 0 done, \
          1 the work failed, 2 the command line or the program is wrong, 130 interrupted.",
         names(|kind| matches!(kind, Kind::Shape { family: Family::Primitive, .. })),

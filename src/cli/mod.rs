@@ -7,6 +7,7 @@
 mod args;
 mod bar;
 mod check;
+mod convert;
 mod interrupt;
 mod list;
 mod measure;
@@ -41,6 +42,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
                 Command::List(arguments) => list::run(&arguments),
                 Command::Measure(arguments) => measure::run("alveole measure", &arguments),
                 Command::Check(arguments) => check::run(&arguments),
+                Command::Convert(arguments) => convert::run(&arguments),
                 Command::Serve(arguments) => serve::run(&arguments),
                 Command::Completions { shell } => list::completions(shell, &mut Alveole::command()),
             }

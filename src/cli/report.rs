@@ -6,7 +6,7 @@
 use super::output::OutputError;
 use crate::contour;
 use crate::geom::Axis;
-use crate::job::{self, MeshNote};
+use crate::job::{self, ConversionNote, MeshNote};
 use crate::lang::{Diagnostic, Place, Rejected, Sources};
 use crate::mesh::io::{ReadError, WriteError};
 use crate::solid::Span;
@@ -191,6 +191,15 @@ pub(super) fn say(line: &str) {
 pub(super) fn print(text: &str) {
     let mut out = stdout().lock();
     let _ = out.write_all(text.as_bytes()).and_then(|()| out.flush());
+}
+
+/// Says what became of inputs of other tools.
+pub(super) fn conversions(name: &str, notes: &[ConversionNote]) {
+    for ConversionNote { word, remarks } in notes {
+        for remark in remarks {
+            say(&format!("{name}: `{word}`: {remark}"));
+        }
+    }
 }
 
 /// Says how a mesh file was understood, where there is something to say.

@@ -27,6 +27,7 @@ pub(super) fn prepare(name: &str, arguments: &WorkArguments) -> Result<Work, Tro
     let box_to_contour = bounds.as_deref().map(read).transpose()?;
     let job = Job::with_parameters(program, &defined)?;
     if !quiet {
+        report::conversions(name, job.conversions());
         for note in job.meshes() {
             report::mesh_note(name, note);
         }

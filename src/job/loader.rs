@@ -1,8 +1,13 @@
 //! The files that programs name, read from the file system.
 
+use super::convert::{Converted, asli, scaffolder};
+use super::points::{self, Points};
 use crate::cellular::struts::file::{self, Format};
+use crate::expr::Oracle;
+use crate::field::scattered::file::types;
 use crate::field::{self, mesh_distance};
-use crate::lang::{Loaded, Loader, MakeShape, Refusal};
+use crate::geom::Aabb;
+use crate::lang::{Diagnostic, Loaded, Loader, MakeShape, Refusal, Span, Translation};
 use crate::mesh::io;
 use crate::num::Progress;
 use crate::vocabulary;
@@ -40,6 +45,26 @@ impl MeshNote {
     }
 }
 
+/// What is to be said about an input of another tool that was translated.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ConversionNote {
+    /// The word that it was.
+    pub word: String,
+    /// Remarks for the user, one a line.
+    pub remarks: Vec<String>,
+}
+
+/// What reading the files of a program met.
+#[derive(Debug, Default)]
+pub struct Notes {
+    /// What is to be said about the meshes, in the order of their reading.
+    pub meshes: Vec<MeshNote>,
+    /// What is to be said about inputs of other tools, in their order.
+    pub conversions: Vec<ConversionNote>,
+    /// Every file that was read, each once, in order.
+    pub files: Vec<String>,
+}
+
 /// Which files a program may name.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Access {
@@ -66,12 +91,13 @@ impl Access {
     }
 }
 
-/// Reads files of the file system, each mesh once.
+/// Reads files of the file system, each mesh and each set of points once.
 #[derive(Debug, Default)]
 pub struct Files {
     access: Access,
     meshes: HashMap<String, Loaded>,
-    notes: Vec<MeshNote>,
+    points: Points,
+    notes: Notes,
 }
 
 impl Files {
@@ -81,16 +107,61 @@ impl Files {
         Self { access, ..Self::default() }
     }
 
-    /// What is to be said about the meshes read, in the order of their reading.
+    /// What reading met.
     #[must_use]
-    pub fn into_notes(self) -> Vec<MeshNote> {
+    pub fn into_notes(self) -> Notes {
         self.notes
+    }
+
+    /// Refuses `path` unless it may be read, and notes it.
+    fn admit(&mut self, path: &str) -> Result<(), Refusal> {
+        self.access.check(path)?;
+        if !self.notes.files.iter().any(|file| file == path) {
+            self.notes.files.push(path.to_owned());
+        }
+        Ok(())
+    }
+
+    /// The program for `word`, if it is an input of another tool.
+    fn converted(&mut self, word: &str, span: Span) -> Option<Result<Converted, Diagnostic>> {
+        if let Some(line) = word.strip_prefix(scaffolder::PREFIX) {
+            return Some(scaffolder::convert(line).map_err(|fault| {
+                let start = scaffolder::PREFIX.len();
+                let place = |at: usize| span.start.saturating_add((start + at) as u32);
+                let (start, end) = (place(fault.place.start), place(fault.place.end));
+                Diagnostic::new(fault.message).at(Span { start, end, ..span }, "").cure(fault.cure)
+            }));
+        }
+        let name = word.to_ascii_lowercase();
+        let ends = |ending: &str| name.len() > ending.len() && name.ends_with(ending);
+        (ends(".yml") || ends(".yaml")).then(|| {
+            let text = self.text(word);
+            let converted = text
+                .map_err(|refusal| refusal.to_string())
+                .and_then(|text| asli::convert(&text, self).map_err(|fault| fault.to_string()));
+            converted.map_err(|cause| {
+                let message = format!("can't read the configuration `{word}`: {cause}");
+                Diagnostic::new(message).at(span, "").of_a_file()
+            })
+        })
+    }
+}
+
+impl asli::Answers for Files {
+    fn bounds(&mut self, path: &str) -> Result<Aabb, Refusal> {
+        Ok(self.mesh(path)?.bounds)
+    }
+
+    fn types(&mut self, path: &str) -> Result<Vec<String>, Refusal> {
+        let text = self.text(path)?;
+        let found = types(&text).map_err(|fault| Refusal { cause: fault.to_string() })?;
+        Ok(found.names)
     }
 }
 
 impl Loader for Files {
     fn text(&mut self, path: &str) -> Result<String, Refusal> {
-        self.access.check(path)?;
+        self.admit(path)?;
         let refuse = |cause: std::io::Error| Refusal { cause: cause.to_string() };
         let mut text = String::new();
         let file = File::open(path).map_err(refuse)?;
@@ -109,12 +180,16 @@ impl Loader for Files {
         if let Some(loaded) = self.meshes.get(path) {
             return Ok(loaded.clone());
         }
-        self.access.check(path)?;
+        self.admit(path)?;
         let (mesh, reading) = io::read_with(Path::new(path), &Progress::new())
             .map_err(|error| Refusal { cause: error.without_file() })?;
         let distance =
             mesh_distance(&mesh, path).map_err(|error| Refusal { cause: error.to_string() })?;
-        self.notes.push(MeshNote { path: path.to_owned(), reading, distance: *distance.report() });
+        self.notes.meshes.push(MeshNote {
+            path: path.to_owned(),
+            reading,
+            distance: *distance.report(),
+        });
         let bounds = distance.bounds();
         let loaded = Loaded { distance: Arc::new(distance), bounds };
         self.meshes.insert(path.to_owned(), loaded.clone());
@@ -133,5 +208,33 @@ impl Loader for Files {
         let cell =
             file::read(&text, format).map_err(|fault| Refusal { cause: fault.to_string() })?;
         Ok(vocabulary::lattice(cell))
+    }
+
+    fn check_points(&self, text: &str) -> Result<(), Refusal> {
+        points::Wanted::of(text).map(|_| ())
+    }
+
+    fn points(&mut self, text: &str) -> Result<Arc<dyn Oracle>, Refusal> {
+        if let Some(known) = self.points.known(text) {
+            return Ok(known);
+        }
+        let wanted = points::Wanted::of(text)?;
+        let texts = wanted.files().map(|file| file.map(|path| self.text(path)).transpose());
+        let [main, sizes] = texts;
+        self.points.read(text, &wanted, &main?.unwrap_or_default(), sizes?.as_deref())
+    }
+
+    fn translation(
+        &mut self,
+        word: &str,
+        span: Span,
+    ) -> Option<Result<Translation, Box<Diagnostic>>> {
+        let converted = self.converted(word, span)?;
+        Some(converted.map_err(Box::new).map(|Converted { text, remarks }| {
+            if !remarks.is_empty() {
+                self.notes.conversions.push(ConversionNote { word: word.to_owned(), remarks });
+            }
+            Translation { name: format!("{word} as a program"), text }
+        }))
     }
 }

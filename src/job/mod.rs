@@ -33,18 +33,20 @@
 //! # }
 //! ```
 
+pub mod convert;
 mod gradient;
 mod kept;
 mod level_rates;
 mod levels;
 pub mod loader;
 mod measures;
+mod points;
 mod report;
 pub mod structure;
 
 pub use gradient::{By, FieldMeasures, FieldSlopes, Gradient, Quantities};
 pub use levels::Density;
-pub use loader::{Access, Files, MeshNote};
+pub use loader::{Access, ConversionNote, Files, MeshNote};
 pub use measures::{Measures, Totals};
 pub use report::Report;
 pub use structure::{Spread, Structure};
@@ -64,6 +66,7 @@ use crate::vocabulary;
 use glam::DVec3;
 use kept::{Kept, KeptEnvelope, KeptRates};
 use levels::KeptLevels;
+use loader::Notes;
 use std::time::{Duration, Instant};
 
 /// A parsed program.
@@ -78,7 +81,7 @@ pub struct Job {
     demands: Vec<Demand>,
     unused: Vec<String>,
     sources: Sources,
-    meshes: Vec<MeshNote>,
+    notes: Notes,
     parsing: Duration,
     program: Kept,
     rates: KeptRates,
@@ -225,7 +228,7 @@ impl Job {
             demands,
             unused,
             sources,
-            meshes: files.into_notes(),
+            notes: files.into_notes(),
             parsing: start.elapsed(),
             program: Kept::default(),
             rates: KeptRates::default(),
@@ -307,7 +310,19 @@ impl Job {
     /// What is to be said about the mesh files that the program names.
     #[must_use]
     pub fn meshes(&self) -> &[MeshNote] {
-        &self.meshes
+        &self.notes.meshes
+    }
+
+    /// What is to be said about the inputs of other tools that the program names.
+    #[must_use]
+    pub fn conversions(&self) -> &[ConversionNote] {
+        &self.notes.conversions
+    }
+
+    /// The files that the program is made of, as it names them.
+    #[must_use]
+    pub fn files(&self) -> &[String] {
+        &self.notes.files
     }
 
     /// The program text.

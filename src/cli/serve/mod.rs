@@ -154,6 +154,10 @@ impl Server {
             note.remarks().into_iter().map(|remark| format!("`{}`: {remark}", note.path))
         });
         made.warnings.extend(remarks);
+        let remarks = job.conversions().iter().flat_map(|note| {
+            note.remarks.iter().map(|remark| format!("`{}`: {remark}", note.word))
+        });
+        made.warnings.extend(remarks);
         if let Some(wanted) = &request.measure {
             measure(job, &settings, wanted, &mut made)?;
         }

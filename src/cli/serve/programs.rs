@@ -75,9 +75,7 @@ impl Programs {
     ) -> Result<Entry, ErrorReply> {
         let given: Vec<_> = parameters.iter().map(|(name, value)| (name.clone(), *value)).collect();
         let job = Job::read(words, &given, Files::with(self.access))?;
-        let texts = job.sources().all().iter().filter_map(|source| source.file.clone());
-        let meshes = job.meshes().iter().map(|note| note.path.clone());
-        let files = texts.chain(meshes).map(|file| (file.clone(), stamp(&file))).collect();
+        let files = job.files().iter().map(|file| (file.clone(), stamp(file))).collect();
         Ok(Entry { words: words.to_vec(), names: parameters.keys().cloned().collect(), files, job })
     }
 }
