@@ -42,7 +42,11 @@ pub(super) fn coefficients(points: &[[f64; 3]], values: &[Vec<f64>]) -> Option<V
     for reflector in &basis.reflectors {
         reflect_both(&mut matrix, reflector);
     }
-    let mut factor: Vec<Vec<f64>> = matrix[rank..].iter().map(|row| row[rank..].to_vec()).collect();
+    let mut factor = matrix.split_off(rank);
+    let columns: Vec<Vec<f64>> =
+        (0..rank).map(|i| factor.iter().map(|row| row[i]).collect()).collect();
+    // In place: of thousands of points, the matrix is by far the largest thing there is.
+    factor.iter_mut().for_each(|row| drop(row.drain(..rank)));
     factorize(&mut factor)?;
     let solve = |values: &Vec<f64>| {
         let mut rest = values.clone();
@@ -54,8 +58,7 @@ pub(super) fn coefficients(points: &[[f64; 3]], values: &[Vec<f64>]) -> Option<V
         substitute(&factor, &mut solution);
         let polynomial: Vec<f64> = (0..rank)
             .map(|i| {
-                let column = matrix[rank..].iter().map(|row| row[i]);
-                let kernel: f64 = column.zip(&solution).map(|(a, w)| a * w).sum();
+                let kernel: f64 = columns[i].iter().zip(&solution).map(|(a, w)| a * w).sum();
                 rest[i] + kernel
             })
             .collect();
