@@ -1,0 +1,44 @@
+//! The gallery of the README: every command runs as written and makes what its name promises.
+#![allow(clippy::unwrap_used)]
+
+use alveole::mesh::check::check;
+use alveole::mesh::io;
+use alveole::num::Progress;
+use std::path::Path;
+use std::process::Command;
+
+/// The lines between the markers of the README that are commands of a shell.
+fn commands() -> Vec<&'static str> {
+    let readme = include_str!("../README.md");
+    let (_, rest) = readme.split_once("<!-- gallery:").unwrap();
+    let (gallery, _) = rest.split_once("<!-- end of gallery -->").unwrap();
+    let (_, block) = gallery.split_once("```sh\n").unwrap();
+    let (block, _) = block.split_once("```").unwrap();
+    block.lines().filter(|line| !line.starts_with('#')).collect()
+}
+
+#[cfg(unix)]
+#[test]
+fn every_command_of_the_gallery_runs_as_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let program = Path::new(env!("CARGO_BIN_EXE_alveole"));
+    let found = std::env::var_os("PATH").unwrap_or_default();
+    let folders = [program.parent().unwrap().to_owned()].into_iter();
+    let path = std::env::join_paths(folders.chain(std::env::split_paths(&found))).unwrap();
+    let mut made = 0;
+    for command in commands() {
+        let mut shell = Command::new("sh");
+        shell.arg("-c").arg(command).current_dir(folder.path()).env("PATH", &path);
+        let output = shell.output().unwrap();
+        assert!(output.status.success(), "{command}: {}", String::from_utf8_lossy(&output.stderr));
+        let name = command.split_once("-o ").and_then(|(_, rest)| rest.split_once(' '));
+        let Some((name, _)) = name.filter(|(name, _)| io::is_mesh_path(Path::new(name))) else {
+            continue;
+        };
+        let (mesh, _) = io::read_with(&folder.path().join(name), &Progress::new()).unwrap();
+        let found = check(&mesh);
+        assert!(found.is_sound(), "{command}: {:?}", found.defects);
+        made += 1;
+    }
+    assert_eq!(made, 16);
+}
