@@ -293,6 +293,12 @@ impl<W> Worker<W> {
     }
 }
 
+impl<W> AsMut<Self> for Worker<W> {
+    fn as_mut(&mut self) -> &mut Self {
+        self
+    }
+}
+
 /// Samples the active bricks from rank `first` on; returns how many samples were NaN.
 pub(super) fn sample<S: Sampler>(
     scene: &Scene<'_, S>,

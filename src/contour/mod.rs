@@ -22,23 +22,24 @@ mod guess;
 mod numbering;
 mod place;
 mod roots;
+pub mod signs;
 pub mod sweep;
 pub mod tables;
 
 #[cfg(test)]
-mod testing;
+pub(crate) mod testing;
 #[cfg(test)]
 mod tests;
 
 pub use grid::{Grid, GridError};
 pub use place::{BrickLines, RimRoot, Roots};
+pub use signs::Signs;
 
 use crate::eval::Sampler;
 use crate::eval::sampler::Failure;
-use crate::geom::Axis;
 use crate::mesh::Sink;
 use crate::num::{Cancelled, Progress};
-use crate::octree::{Interrupted, Pruning, subdivide};
+use crate::octree::{Interrupted, Pruning};
 use serde::{Serialize, Serializer};
 use std::time::{Duration, Instant};
 
@@ -68,6 +69,15 @@ pub struct Report {
     pub boxes: u64,
     /// Time spent.
     pub stages: Stages,
+}
+
+impl Report {
+    /// Euler characteristic of the mesh: vertices less edges plus triangles, of which each has half of
+    /// three edges.
+    #[must_use]
+    pub fn euler(&self) -> i64 {
+        self.vertices as i64 - (self.triangles / 2) as i64
+    }
 }
 
 /// Time spent in each stage: by the clock in `subdivide` and `total`, summed over threads
@@ -155,18 +165,7 @@ pub fn contour<S: Sampler>(
     sink: &mut dyn Sink,
 ) -> Result<Report, Error> {
     let start = Instant::now();
-    let lengths = Axis::ALL.map(|axis| grid.sampled(axis).len());
-    if sampler.nodes() != lengths {
-        return Err(Error::OtherGrid { sampler: sampler.nodes(), grid: lengths });
-    }
-    let bricks = subdivide(sampler, settings.pruning, progress)?;
-    let mut report = Report {
-        bricks: bricks.total() as u64,
-        active_bricks: bricks.active.len() as u64,
-        boxes: bricks.boxes,
-        ..Report::default()
-    };
-    report.stages.subdivide = start.elapsed();
+    let (bricks, mut report) = signs::bricks(sampler, grid, settings, progress)?;
     assemble::assemble(sampler, grid, &bricks, progress, sink, &mut report)?;
     report.stages.total = start.elapsed();
     Ok(report)

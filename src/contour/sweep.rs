@@ -6,19 +6,19 @@
 //! about one in eight, which costs less than numbers that hold for the whole mesh, and nothing
 //! outlives its brick. Every triangle is in one patch.
 
-use super::assemble::{Clocks, Lap, Scene, Stage, TASK, Worker, sample};
-use super::bits::{OUTSIDE, ROW, Rows, SIDE, Spans, gather, spread};
+use super::assemble::{Clocks, Lap, Scene, Stage, TASK, Worker};
+use super::bits::{ROW, Rows, SIDE, Spans, gather, spread};
 use super::coarse::{self, coarse_nodes};
 use super::faces::{self, Facing};
 use super::grid::Grid;
 use super::numbering::{Bits, Block};
 use super::place::{BrickLines, Roots};
+use super::signs::{Signs, bricks, sampled};
 use super::{Error, Report, Settings};
 use crate::eval::sampler::{Failure, node_at, place_of};
 use crate::eval::{BRICK, Sampler};
-use crate::geom::Axis;
 use crate::num::Progress;
-use crate::octree::{Pool, subdivide};
+use crate::octree::Pool;
 use pulp::{Arch, NullaryFnOnce};
 use rayon::prelude::*;
 use std::time::Instant;
@@ -85,21 +85,24 @@ pub fn sweep<S: Sampler, V: Visitor>(
     progress: &Progress,
     visitor: &V,
 ) -> Result<(Vec<V::Sum>, Report), Error> {
-    let start = Instant::now();
-    let lengths = Axis::ALL.map(|axis| grid.sampled(axis).len());
-    if sampler.nodes() != lengths {
-        return Err(Error::OtherGrid { sampler: sampler.nodes(), grid: lengths });
-    }
-    let bricks = subdivide(sampler, settings.pruning, progress)?;
-    let mut report = Report {
-        bricks: bricks.total() as u64,
-        active_bricks: bricks.active.len() as u64,
-        boxes: bricks.boxes,
-        samples: bricks.active.len() as u64 * BRICK.pow(3) as u64,
-        ..Report::default()
-    };
-    report.stages.subdivide = start.elapsed();
+    let unseen = |_: &Signs<'_>| Ok(());
+    sweep_and(sampler, grid, settings, progress, visitor, unseen).map(|((), sums, r)| (sums, r))
+}
 
+/// As [`sweep`], and shows `survey` the signs before.
+///
+/// # Errors
+/// [`Error`] when the field can't be evaluated or the work is cancelled, and that of `survey`.
+pub fn sweep_and<S: Sampler, V: Visitor, T>(
+    sampler: &S,
+    grid: &Grid,
+    settings: &Settings,
+    progress: &Progress,
+    visitor: &V,
+    survey: impl FnOnce(&Signs<'_>) -> Result<T, Error>,
+) -> Result<(T, Vec<V::Sum>, Report), Error> {
+    let start = Instant::now();
+    let (bricks, mut report) = bricks(sampler, grid, settings, progress)?;
     let clocks = Clocks::default();
     let scene = Scene::new(sampler, grid, &bricks);
     let (pool, memories) = (Pool::default(), Pool::default());
@@ -109,18 +112,9 @@ pub fn sweep<S: Sampler, V: Visitor>(
     let tasks = |items: usize| items.div_ceil(task) as u64;
     progress.expect(tasks(bricks.active.len()) + tasks(owners));
 
-    let mut signs = vec![OUTSIDE; bricks.active.len()];
-    report.nans = signs
-        .par_chunks_mut(task)
-        .enumerate()
-        .map(|(t, chunk)| {
-            let nans = pool.lend(make, |own: &mut Sweeper<_>| {
-                sample(&scene, &mut own.worker, t * task, chunk, &clocks)
-            })?;
-            progress.advance(1)?;
-            Ok(nans)
-        })
-        .sum::<Result<u64, Error>>()?;
+    let (signs, nans) = sampled(&scene, &pool, make, task, progress, &clocks)?;
+    report.nans = nans;
+    let found = survey(&Signs::new(grid, &bricks, &signs))?;
     let scene = Scene { signs, ..scene };
 
     let arch = Arch::new();
@@ -146,7 +140,7 @@ pub fn sweep<S: Sampler, V: Visitor>(
     }
     clocks.report(&mut report.stages);
     report.stages.total = start.elapsed();
-    Ok((gathered, report))
+    Ok((found, gathered, report))
 }
 
 /// Scratch memory of a task.
@@ -161,6 +155,12 @@ impl<W> Sweeper<W> {
     fn new<S: Sampler<Workspace = W>>(sampler: &S) -> Self {
         let (lists, roots, coarse) = (Lists::default(), Roots::default(), Vec::new());
         Self { worker: Worker::new(sampler), lists, roots, coarse }
+    }
+}
+
+impl<W> AsMut<Worker<W>> for Sweeper<W> {
+    fn as_mut(&mut self) -> &mut Worker<W> {
+        &mut self.worker
     }
 }
 
