@@ -254,7 +254,8 @@ fn an_unused_parameter_is_worth_a_warning() {
         let folder = tempfile::tempdir().unwrap();
         let output = cesogen(folder.path(), &[arguments, &["box"]].concat());
         assert!(output.status.success(), "{}", stderr(&output));
-        stderr(&output)
+        let said = stderr(&output);
+        said.lines().filter(|line| line.contains("warning")).collect::<Vec<_>>().join("\n")
     };
     assert!(warned(&["-s", "1", "--param", "a=1"]).contains("warning: the parameter `a`"));
     assert_eq!(warned(&["-q", "-s", "1", "--param", "a=1"]), "");
@@ -358,6 +359,73 @@ fn measures_are_printed_as_a_table_or_json() {
     close(value["volume"].as_f64().unwrap(), 4.0, 1e-9);
     close(value["relative_density"].as_f64().unwrap(), 0.5, 1e-9);
     close(value["envelope_volume"].as_f64().unwrap(), 8.0, 1e-9);
+}
+
+#[test]
+fn a_short_table_follows_the_mesh() {
+    let folder = tempfile::tempdir().unwrap();
+    let said = |options: &[&str], program: &[&str]| {
+        let output = cesogen(folder.path(), &[&["-s", "0.1"], options, program].concat());
+        assert!(output.status.success(), "{}", stderr(&output));
+        stderr(&output)
+    };
+    let table = said(&[], &["torus"]);
+    for row in ["grid cells            20 x 20 x 5\n", "Euler characteristic  0\n", "vertices "] {
+        assert!(table.contains(row), "{row}: {table}");
+    }
+    assert!(!table.contains("volume"), "{table}");
+    assert_eq!(said(&["-q"], &["torus"]), "");
+    let arguments = ["--report", "--stats", "s.json", "--overhang", "60", "--up", "0,0,-1"];
+    let table = said(&arguments, &["gyroid", "box"]);
+    for row in ["volume", "60°", "percolating along x, y, z", "handles", "relative density"] {
+        assert!(table.contains(row), "{row}: {table}");
+    }
+    let text = fs::read_to_string(folder.path().join("s.json")).unwrap();
+    let stats: serde_json::Value = serde_json::from_str(&text).unwrap();
+    close(stats["survey"]["relative_density"].as_f64().unwrap(), 0.5, 1e-3);
+    assert_eq!(stats["survey"]["up"], serde_json::json!([0.0, 0.0, -1.0]));
+    assert_eq!(stats["survey"]["euler"], stats["euler"]);
+    let output =
+        run(ALVEOLE, folder.path(), &["measure", "-q", "--json", "-s", "0.1", "gyroid", "box"]);
+    let measured: serde_json::Value = serde_json::from_str(&stdout(&output)).unwrap();
+    assert_eq!(stats["euler"], measured["check"]["euler"]);
+    fails(&["--overhang", "30", "box"], 2, &["--overhang", "--report"]);
+    fails(&["--report", "--overhang", "0", "box"], 2, &["--overhang", "degrees"]);
+    fails(&["--report", "--overhang", "1,2", "box"], 2, &["--overhang", "degrees"]);
+    fails(&["--report", "--up", "0,0,0", "box"], 2, &["--up", "direction"]);
+}
+
+#[test]
+fn the_structure_is_printed_as_a_table_or_json() {
+    let folder = tempfile::tempdir().unwrap();
+    let measure = |options: &[&str]| {
+        let program = ["sphere", "shell", "0.4", "box", "scale", "1.5"];
+        let output = run(
+            ALVEOLE,
+            folder.path(),
+            &[&["measure", "-q", "-s", "0.1"], options, &program].concat(),
+        );
+        assert!(output.status.success(), "{}", stderr(&output));
+        stdout(&output)
+    };
+    let table = measure(&["--structure"]);
+    for row in ["wall thickness", "pore size", "45°", "void", "2 components", "1 enclosed"] {
+        assert!(table.contains(row), "{row}: {table}");
+    }
+    let text = measure(&["--structure", "--json", "--overhang", "30"]);
+    let value: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let structure = &value["structure"];
+    assert_eq!(structure["solid"]["components"], 1);
+    assert_eq!(structure["void"]["components"], 2);
+    assert_eq!(structure["void"]["enclosed"], 1);
+    // One goes around the ball, not through it.
+    assert_eq!(structure["void"]["percolates"], serde_json::json!([true, true, true]));
+    assert_eq!(structure["handles"], 0);
+    // The cap of the outside, and all of the hollow's ceiling that is less steep.
+    let cap = std::f64::consts::TAU * (1.0 - 30_f64.to_radians().cos()) * (1.44 + 0.64);
+    close(structure["overhang_area"].as_f64().unwrap(), cap, 0.1);
+    let wrong = ["measure", "--overhang", "30", "box"];
+    assert_eq!(run(ALVEOLE, folder.path(), &wrong).status.code(), Some(2));
 }
 
 #[test]

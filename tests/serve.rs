@@ -270,3 +270,23 @@ fn derivatives_and_field_measures_are_replied() {
     let none = reply(&json!({"program": "box", "gradient": false}));
     assert!(none.get("gradient").is_none() && none.get("error").is_none());
 }
+
+#[test]
+fn the_structure_is_that_of_the_command() {
+    let folder = tempfile::tempdir().unwrap();
+    let request = json!({"program": "gyroid shell 0.6 box", "spacing": 0.1,
+        "structure": {"overhang": 30, "up": [1, 0, 0]}});
+    let served = reply(&request);
+    let words = ["measure", "--structure", "--json", "-q", "-s", "0.1", "--overhang", "30", "--up"];
+    let words = [&words[..], &["1,0,0", "gyroid", "shell", "0.6", "box"]].concat();
+    let alone: Value = serde_json::from_slice(&alveole(folder.path(), &words).stdout).unwrap();
+    assert_eq!(served["structure"], alone["structure"]);
+    assert_eq!(served["structure"]["solid"]["percolates"], json!([true, true, true]));
+    assert_eq!(served["structure"]["overhang_angle_deg"], json!(30.0));
+    let plain = reply(&json!({"program": "sphere", "spacing": 0.2, "structure": true}));
+    assert_eq!(plain["structure"]["void"]["enclosed"], json!(0));
+    for wrong in [json!(1), json!({"overhang": 0}), json!({"up": [0, 0, 0]}), json!({"down": 1})] {
+        let refused = reply(&json!({"program": "sphere", "structure": wrong}));
+        assert_eq!(refused["error"]["kind"], "request", "{refused}");
+    }
+}

@@ -81,8 +81,29 @@ pub(super) struct MeshArguments {
     #[arg(long, value_enum, value_name = "PRECISION")]
     pub(super) precision: Option<PrecisionArgument>,
 
+    /// Add volume, density, area, overhangs, components and percolation to the table after the run, and
+    /// to `--stats`; takes about as long again
+    #[arg(long)]
+    pub(super) report: bool,
+
+    #[command(flatten)]
+    pub(super) overhang: OverhangArguments,
+
     #[command(flatten)]
     pub(super) work: WorkArguments,
+}
+
+/// Which faces overhang.
+#[derive(Debug, Args)]
+pub(super) struct OverhangArguments {
+    /// Angle from straight down within which a face overhangs, in degrees; equations allowed
+    /// [default: 45]
+    #[arg(long = "overhang", value_name = "DEGREES")]
+    pub(super) angle: Option<String>,
+
+    /// Direction in which the part is built [default: 0,0,1]
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
+    pub(super) up: Option<String>,
 }
 
 #[derive(Debug, Args)]
@@ -101,9 +122,13 @@ pub(super) struct MeasureArguments {
     #[arg(long, conflicts_with = "gradient")]
     pub(super) field: bool,
 
-    /// Add the structure: thickness of walls and size of pores by inscribed balls, overhangs
+    /// Add the structure: thickness of walls and size of pores by inscribed balls, overhangs, components
+    /// of solid and void, percolation
     #[arg(long, conflicts_with_all = ["gradient", "field"])]
     pub(super) structure: bool,
+
+    #[command(flatten)]
+    pub(super) overhang: OverhangArguments,
 
     #[command(flatten)]
     pub(super) work: WorkArguments,
@@ -128,7 +153,7 @@ pub(super) struct WorkArguments {
     #[arg(long, value_name = "N")]
     pub(super) threads: Option<std::num::NonZeroUsize>,
 
-    /// Say nothing but errors
+    /// Say nothing but errors: no table, no warnings
     #[arg(short, long)]
     pub(super) quiet: bool,
 

@@ -12,8 +12,10 @@ use std::time::Instant;
 /// Prints the measures of the program's solid.
 pub(super) fn run(name: &str, arguments: &MeasureArguments) -> Result<(), Trouble> {
     let start = Instant::now();
-    let MeasureArguments { json, gradient, field, structure, work: common } = arguments;
+    let MeasureArguments { json, gradient, field, structure, overhang, work: common } = arguments;
     let work::Work { job, settings } = work::prepare(name, common)?;
+    let needed = if *structure { None } else { Some("--structure") };
+    let overhang = work::read_overhang(overhang, needed, &job)?;
     let progress = Progress::new();
     let (text, report) = if *gradient {
         let found = with_bar(&progress, !common.quiet, || job.gradient(&settings, &progress))?;
@@ -25,7 +27,7 @@ pub(super) fn run(name: &str, arguments: &MeasureArguments) -> Result<(), Troubl
         warn_of_unresolved(name, found.unresolved);
         (if *json { stats::json(&found) } else { field_table(&found) }, found.report)
     } else if *structure {
-        let work = || job.structure(&settings, &progress);
+        let work = || job.structure(&settings, &overhang, &progress);
         let (measures, structure) = with_bar(&progress, !common.quiet, work)?;
         let text = if *json {
             stats::json(&WithStructure { measures: &measures, structure: &structure })
@@ -41,7 +43,7 @@ pub(super) fn run(name: &str, arguments: &MeasureArguments) -> Result<(), Troubl
         report::warn(name, &report);
     }
     report::print(&text);
-    mesh::write_stats(common.stats.as_deref(), &report, start)
+    mesh::write_stats(common.stats.as_deref(), &report, None, start)
 }
 
 /// Says that derivatives leave something out. Never quietly: they are wrong by it.
@@ -118,17 +120,31 @@ struct WithStructure<'a> {
 }
 
 fn structure_table(found: &Structure) -> String {
-    let Structure { wall_thickness, pore_size, samples, specific_surface, overhang_area } = found;
+    let Structure {
+        wall_thickness,
+        pore_size,
+        samples,
+        specific_surface,
+        overhang_area,
+        overhang_angle_deg,
+        up: _,
+        handles,
+        solid,
+        void,
+    } = found;
     let mut table = Table::default();
     for (name, spread) in [("wall thickness", wall_thickness), ("pore size", pore_size)] {
-        let Some(Spread { minimum, fifth_percentile, mean, maximum }) = spread else { continue };
+        let Some(spread) = spread else { continue };
+        let Spread { minimum, fifth_percentile, mean, mean_error, maximum } = spread;
         let [least, low, mean, most] =
             [minimum, fifth_percentile, mean, maximum].map(|v| format!("{v:.4}"));
-        table.text(name, &format!("{least} to {most}, mean {mean}, a twentieth below {low}"));
+        let mean = format!("mean {mean} +- {mean_error:.0e}");
+        table.text(name, &format!("{least} to {most}, {mean}, a twentieth below {low}"));
     }
     table.text("inscribed balls", &samples.to_string());
     table.number("area over volume", *specific_surface);
-    table.number("area overhanging by 45°", *overhang_area);
+    table.overhang(*overhang_area, *overhang_angle_deg);
+    table.phases(solid, void, *handles);
     table.render()
 }
 

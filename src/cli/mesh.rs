@@ -4,10 +4,11 @@ use super::args::{MeshArguments, PrecisionArgument};
 use super::bar::with_bar;
 use super::output::Output;
 use super::report::{self, Trouble};
+use super::summary::summary;
 use super::table::significant;
 use super::{stats, work};
 use crate::contour::{self, Grid};
-use crate::job::{self, Job, Report, Settings, Spacing, longest_edge};
+use crate::job::{self, Job, Report, Settings, Spacing, Survey, longest_edge};
 use crate::mesh::io::{self, FileSink, Format, Precision};
 use crate::mesh::sink::Collect;
 use crate::num::Progress;
@@ -18,9 +19,11 @@ use std::time::Instant;
 /// Writes the mesh of the program.
 pub(super) fn run(name: &str, arguments: &MeshArguments) -> Result<(), Trouble> {
     let start = Instant::now();
-    let MeshArguments { output, precision, work: common } = arguments;
+    let MeshArguments { output, precision, report: wanted, overhang, work: common } = arguments;
     let format = format(output)?;
     let work::Work { job, settings } = work::prepare(name, common)?;
+    let needed = if *wanted { None } else { Some("--report") };
+    let overhang = work::read_overhang(overhang, needed, &job)?;
     let grid = job.grid(&settings)?;
     if settings.spacing == Spacing::Hundredth && !common.quiet {
         report::say(&format!(
@@ -36,10 +39,17 @@ pub(super) fn run(name: &str, arguments: &MeshArguments) -> Result<(), Trouble> 
     let progress = Progress::new();
     let (_, report) =
         with_bar(&progress, !common.quiet, || write(&job, &grid, &settings, &target, &progress))?;
+    let look = || job.survey(&settings, &overhang, &progress);
+    let survey = wanted.then(|| with_bar(&progress, !common.quiet, look)).transpose()?;
     if !common.quiet {
+        // Whoever takes the mesh from a pipe asks for the table.
+        if *wanted || output != Path::new("-") {
+            let seconds = start.elapsed().as_secs_f64();
+            report::say(summary(&report, survey.as_ref(), seconds).trim_end());
+        }
         report::warn(name, &report);
     }
-    write_stats(common.stats.as_deref(), &report, start)
+    write_stats(common.stats.as_deref(), &report, survey.as_ref(), start)
 }
 
 /// A file to write a mesh to.
@@ -86,9 +96,10 @@ pub(super) fn write(
 pub(super) fn write_stats(
     path: Option<&Path>,
     report: &Report,
+    survey: Option<&Survey>,
     start: Instant,
 ) -> Result<(), Trouble> {
-    path.map_or(Ok(()), |path| stats::write(path, report, start.elapsed()))
+    path.map_or(Ok(()), |path| stats::write(path, report, survey, start.elapsed()))
 }
 
 /// The format of an output: by extension; PLY where there is none on what is no regular file.

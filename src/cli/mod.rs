@@ -16,6 +16,7 @@ mod output;
 mod report;
 pub mod serve;
 mod stats;
+mod summary;
 mod table;
 mod work;
 

@@ -88,6 +88,18 @@ pub(super) enum ValueFault {
     /// The spacing is zero, negative or not finite.
     #[error("must be positive, as in `-s 0.05` or `-s 2/60`")]
     SpacingSign,
+    /// The angle is not one number, or not between 0 and 90.
+    #[error("takes degrees from straight down, above 0 and at most 90, as in `--overhang 45`")]
+    Angle,
+    /// The direction has a wrong number of components, or no length.
+    #[error("takes a direction, three numbers that are not all zero, as in `--up 0,0,1`")]
+    Direction,
+    /// Nothing depends on the option.
+    #[error("is of no use without `{needed}`; add it")]
+    Needless {
+        /// The option that would use it.
+        needed: &'static str,
+    },
     /// The bounds have a wrong number of components.
     #[error("takes six numbers, as in `--bounds -1,-1,-1,1,1,1`")]
     BoundsCount,

@@ -2,7 +2,7 @@
 
 use super::output::Output;
 use super::report::Trouble;
-use crate::job::Report;
+use crate::job::{Report, Survey};
 use std::io::Write;
 use std::path::Path;
 use std::time::Duration;
@@ -12,6 +12,11 @@ struct Statistics<'a> {
     version: &'static str,
     #[serde(flatten)]
     report: &'a Report,
+    /// Euler characteristic of the mesh.
+    euler: i64,
+    /// Volume, area and what hangs together, if they were asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    survey: Option<&'a Survey>,
     /// Sampled part of the grid's bricks.
     sampled_fraction: f64,
     total_seconds: f64,
@@ -21,10 +26,17 @@ struct Statistics<'a> {
 }
 
 /// Writes the statistics of a run that took `total` to `path`.
-pub(super) fn write(path: &Path, report: &Report, total: Duration) -> Result<(), Trouble> {
+pub(super) fn write(
+    path: &Path,
+    report: &Report,
+    survey: Option<&Survey>,
+    total: Duration,
+) -> Result<(), Trouble> {
     let statistics = Statistics {
         version: env!("CARGO_PKG_VERSION"),
         report,
+        euler: report.contour.euler(),
+        survey,
         sampled_fraction: report.contour.active_bricks as f64 / report.contour.bricks as f64,
         total_seconds: total.as_secs_f64(),
         peak_memory_bytes: peak_memory(),

@@ -1,10 +1,11 @@
 //! From the arguments of a command that contours to a job and its settings.
 
-use super::args::WorkArguments;
+use super::args::{OverhangArguments, WorkArguments};
 use super::report::{self, Trouble, ValueFault};
 use crate::geom::{Aabb, Axis};
 use crate::job::{Job, Settings, Spacing};
 use crate::lang;
+use crate::measure::Overhang;
 use crate::vocabulary::Words;
 use glam::DVec3;
 use std::num::NonZeroUsize;
@@ -40,6 +41,37 @@ pub(super) fn prepare(name: &str, arguments: &WorkArguments) -> Result<Work, Tro
     }
     let settings = Settings { spacing: chosen, bounds: box_to_contour, ..Settings::default() };
     Ok(Work { job, settings })
+}
+
+/// Reads which faces overhang, if `wanted` says that anything depends on it.
+pub(super) fn read_overhang(
+    arguments: &OverhangArguments,
+    wanted: Option<&'static str>,
+    job: &Job,
+) -> Result<Overhang, Trouble> {
+    let OverhangArguments { angle, up } = arguments;
+    let mut overhang = Overhang::default();
+    for (option, text) in [("--overhang", angle), ("--up", up)] {
+        let Some(text) = text else { continue };
+        if let Some(needed) = wanted {
+            return Err(wrong(option, text, ValueFault::Needless { needed }));
+        }
+        let numbers = read_numbers(option, text, job.parameters())?;
+        match *numbers.as_slice() {
+            [angle] if option == "--overhang" && angle > 0.0 && angle <= 90.0 => {
+                overhang.angle_deg = angle;
+            }
+            [x, y, z] if option == "--up" => {
+                overhang.up = DVec3::new(x, y, z);
+                if !overhang.up.normalize_or_zero().is_normalized() {
+                    return Err(wrong(option, text, ValueFault::Direction));
+                }
+            }
+            _ if option == "--up" => return Err(wrong(option, text, ValueFault::Direction)),
+            _ => return Err(wrong(option, text, ValueFault::Angle)),
+        }
+    }
+    Ok(overhang)
 }
 
 /// Uses so many threads from now on; all processors by default.

@@ -119,7 +119,7 @@ impl Job {
 }
 
 /// Volume of the box that was contoured.
-fn box_volume(report: &Report) -> f64 {
+pub(super) fn box_volume(report: &Report) -> f64 {
     let [lo, hi] = report.bounds;
     (0..3).map(|a| hi[a] - lo[a]).product()
 }

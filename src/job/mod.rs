@@ -43,6 +43,7 @@ mod measures;
 mod points;
 mod report;
 pub mod structure;
+mod survey;
 
 pub use gradient::{By, FieldMeasures, FieldSlopes, Gradient, Quantities};
 pub use levels::Density;
@@ -50,6 +51,7 @@ pub use loader::{Access, ConversionNote, Files, MeshNote};
 pub use measures::{Measures, Totals};
 pub use report::Report;
 pub use structure::{Spread, Structure};
+pub use survey::Survey;
 
 use crate::contour::{self, Grid, GridError};
 use crate::eval::{Bound, Engine, ProgramError};
@@ -439,8 +441,21 @@ impl FieldOn<'_> {
         Ok(self.run(settings, work)?.1)
     }
 
-    /// What `work` makes of the field bound to the grid.
+    /// What `work` makes of the field bound to the grid, if there is a mesh.
     fn run<T>(
+        &self,
+        settings: &Settings,
+        work: impl FnOnce(&Bound, &contour::Settings) -> Result<(T, contour::Report), contour::Error>,
+    ) -> Result<(T, Report), Error> {
+        let (found, report) = self.evaluate(settings, work)?;
+        if report.contour.triangles == 0 {
+            return Err(Error::Empty { cells: self.grid.cells() });
+        }
+        Ok((found, report))
+    }
+
+    /// What `work` makes of the field bound to the grid.
+    fn evaluate<T>(
         &self,
         settings: &Settings,
         work: impl FnOnce(&Bound, &contour::Settings) -> Result<(T, contour::Report), contour::Error>,
@@ -452,9 +467,6 @@ impl FieldOn<'_> {
         let binding = start.elapsed() - compiling;
         let chosen = contour::Settings { pruning: settings.pruning };
         let (found, contour) = work(&bound, &chosen)?;
-        if contour.triangles == 0 {
-            return Err(Error::Empty { cells: self.grid.cells() });
-        }
         Ok((found, Report::new(self.grid, contour, self.parsing, compiling, binding)))
     }
 }

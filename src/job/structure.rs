@@ -1,4 +1,4 @@
-//! How thick walls are, how wide pores, and what overhangs: measures of a solid's structure.
+//! How thick walls are, how wide pores, what hangs together and what overhangs: a solid's structure.
 //!
 //! **Local thickness.** The ball that touches the surface from inside at a point p and is as large as fits
 //! is the point's inscribed ball; its diameter is the thickness of the wall there. From outside it is the
@@ -13,11 +13,16 @@
 //! numbered, weighted by the area around them. Those on the box that was contoured are left out, and balls that
 //! reach a plane of it in which the solid is cut: there a lattice goes on.
 //!
-//! **Error.** That of the mesh, of second order in the spacing, for walls of more than two spacings. Means and
-//! minima are those of the sample, of [`SAMPLES`] points at most.
+//! **Error.** That of the mesh, of second order in the spacing, for walls of more than two spacings; but at a
+//! crease that opens, as in the corners of a box, balls within [`NEAR`] spacings of it are not
+//! told from smaller ones, so that least values there are of the order of the spacing.
+//! Means, minima and maxima are those of the sample, of [`SAMPLES`] points at most. The mean has the
+//! standard error that is told with it, by the formula for points drawn at random; evenly
+//! numbered ones do no worse. Of n points, a value that less than 1 / n of the area is below or above may be missed
+//! by the minimum or the maximum.
 //!
-//! **Overhang.** The area of triangles whose outward normal is within an angle of straight down, along -z.
-//! What rests on the floor of the bounding box is no overhang.
+//! What hangs together is told by [`phases`](mod@crate::measure::phases), what overhangs by
+//! [`overhang`](mod@crate::measure::overhang).
 //!
 //! Source: Hildebrand & Rüegsegger 1997, doi:10.1046/j.1365-2818.1997.1340694.x, for local thickness; Ma,
 //! Bae & Choi 2012, doi:10.1007/s00371-011-0594-7, for shrinking balls.
@@ -27,6 +32,8 @@ use crate::contour;
 use crate::eval::interpret;
 use crate::expr::{Failure, Oracle, Queries, derive};
 use crate::field::mesh_distance::{MeshDistance, mesh_distance};
+use crate::measure::overhang::Overhanging;
+use crate::measure::{Overhang, Phase, Phases};
 use crate::mesh::Mesh;
 use crate::num::Progress;
 use glam::DVec3;
@@ -52,9 +59,6 @@ const MOST_ROUNDS: usize = 60;
 /// farther beyond the mesh touch it; a little more leaves room for uneven surfaces.
 const SAGITTA: f64 = 0.5;
 
-/// The angle from straight down within which a face overhangs, in degrees.
-pub const OVERHANG_DEG: f64 = 45.0;
-
 /// How a quantity spreads over the surface, by area.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Spread {
@@ -64,6 +68,8 @@ pub struct Spread {
     pub fifth_percentile: f64,
     /// The mean.
     pub mean: f64,
+    /// The standard error of the mean, as if the points had been drawn at random.
+    pub mean_error: f64,
     /// The greatest.
     pub maximum: f64,
 }
@@ -79,26 +85,53 @@ pub struct Structure {
     pub samples: usize,
     /// Area over volume.
     pub specific_surface: f64,
-    /// Area of faces that point down within [`OVERHANG_DEG`] of straight down, the floor left out.
+    /// Area of faces that overhang, in squared model units.
     pub overhang_area: f64,
+    /// The angle from straight down within which a face overhangs, in degrees.
+    pub overhang_angle_deg: f64,
+    /// The direction in which the part is built.
+    pub up: [f64; 3],
+    /// Handles of the solid: holes through it that a thread could be passed through.
+    pub handles: i64,
+    /// What hangs together in the solid.
+    pub solid: Phase,
+    /// What hangs together in the rest of the box.
+    pub void: Phase,
 }
 
 impl Job {
-    /// The numbers of the solid's mesh, as [`measure`](Self::measure) has them, and its structure.
+    /// The numbers of the solid's mesh, as [`measure`](Self::measure) has them, and its structure;
+    /// `overhang` says which faces overhang.
     ///
     /// # Errors
     /// Any [`Error`] but [`Error::Program`].
     pub fn structure(
         &self,
         settings: &Settings,
+        overhang: &Overhang,
         progress: &Progress,
     ) -> Result<(Measures, Structure), Error> {
         let (mesh, measures) = self.measured(settings, progress)?;
-        let (values, _) = self.solved(&self.grid(settings)?, settings, progress)?;
+        let grid = self.grid(settings)?;
+        let (values, _) = self.solved(&grid, settings, progress)?;
+        let phases = self.phases(&grid, values.clone(), settings, progress)?;
         let mut points = points(&mesh, measures.report.bounds);
         let failed = |failure| Error::Contour(contour::Error::Failure(failure));
         self.turn(&mut points, &values).map_err(failed)?;
-        let structure = structure(&mesh, &points, &measures).map_err(failed)?;
+        let [wall_thickness, pore_size] = sizes(&mesh, &points, &measures).map_err(failed)?;
+        let Phases { solid, void } = phases;
+        let structure = Structure {
+            wall_thickness,
+            pore_size,
+            samples: points.len(),
+            specific_surface: measures.mesh.area / measures.mesh.volume,
+            overhang_area: overhanging(&mesh, overhang, grid.extent()),
+            overhang_angle_deg: overhang.angle_deg,
+            up: overhang.up.to_array(),
+            handles: phases.handles(measures.check.euler),
+            solid,
+            void,
+        };
         Ok((measures, structure))
     }
 
@@ -125,7 +158,12 @@ impl Job {
     }
 }
 
-fn structure(mesh: &Mesh, points: &[Point], measures: &Measures) -> Result<Structure, Failure> {
+/// Thickness of walls and size of pores at `points`.
+fn sizes(
+    mesh: &Mesh,
+    points: &[Point],
+    measures: &Measures,
+) -> Result<[Option<Spread>; 2], Failure> {
     let oracle = "the distance to the mesh";
     let distance = mesh_distance(mesh, oracle)
         .map_err(|cause| Failure { oracle: oracle.to_owned(), cause: cause.to_string() })?;
@@ -148,13 +186,7 @@ fn structure(mesh: &Mesh, points: &[Point], measures: &Measures) -> Result<Struc
         let balls = radii.into_iter().zip(points).filter(|(r, point)| is_within(*r, point));
         Ok(spread(balls.map(|(r, point)| (2.0 * r, point.area)).collect()))
     };
-    Ok(Structure {
-        wall_thickness: balls(-1.0)?,
-        pore_size: balls(1.0)?,
-        samples: points.len(),
-        specific_surface: measures.mesh.area / measures.mesh.volume,
-        overhang_area: overhang(mesh, lo.z),
-    })
+    Ok([balls(-1.0)?, balls(1.0)?])
 }
 
 /// A vertex, the unit normal there and the area around it.
@@ -267,35 +299,35 @@ fn spread(mut values: Vec<(f64, f64)>) -> Option<Spread> {
     let (minimum, maximum) = (values.first()?.0, values.last()?.0);
     let whole: f64 = values.iter().map(|(_, weight)| weight).sum();
     let mean = values.iter().map(|(value, weight)| value * weight).sum::<f64>() / whole;
+    let squares = values.iter().map(|(value, weight)| (weight * (value - mean)).powi(2));
+    let mean_error = squares.sum::<f64>().sqrt() / whole;
     let mut below = 0.0;
     let twentieth = values.iter().find(|(_, weight)| {
         below += weight;
         below >= 0.05 * whole
     });
     let fifth_percentile = twentieth.map_or(maximum, |(value, _)| *value);
-    Some(Spread { minimum, fifth_percentile, mean, maximum })
+    Some(Spread { minimum, fifth_percentile, mean, mean_error, maximum })
 }
 
-/// The area of what overhangs above the floor.
-fn overhang(mesh: &Mesh, floor: f64) -> f64 {
-    let least = OVERHANG_DEG.to_radians().cos();
-    let area = |corners: &[u32; 3]| {
-        let [a, b, c] = corners.map(|v| DVec3::from_array(mesh.positions[v as usize]));
-        let double = (b - a).cross(c - a);
-        let on_floor = [a, b, c].iter().all(|p| p.z == floor);
-        let length = double.length();
-        if !on_floor && -double.z > least * length { 0.5 * length } else { 0.0 }
-    };
-    mesh.triangles.iter().map(area).sum()
+/// The area of what overhangs, of a mesh whose coordinates are `extent` in magnitude at most.
+fn overhanging(mesh: &Mesh, overhang: &Overhang, extent: f64) -> f64 {
+    let mut sum = Overhanging::new(overhang, extent);
+    for corners in &mesh.triangles {
+        sum.include(corners.map(|v| DVec3::from_array(mesh.positions[v as usize])));
+    }
+    sum.area()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::f64::consts::TAU;
 
     fn check(program: &str, spacing: f64) -> Structure {
         let job = Job::parse(program).unwrap();
-        job.structure(&Settings::with_spacing(spacing), &Progress::new()).unwrap().1
+        let settings = Settings::with_spacing(spacing);
+        job.structure(&settings, &Overhang::default(), &Progress::new()).unwrap().1
     }
 
     fn near(found: f64, expected: f64, tolerance: f64) {
@@ -310,7 +342,7 @@ mod tests {
         near(wall.minimum, 2.0, 0.03);
         near(found.specific_surface, 3.0, 0.01);
         // The cap within 45 degrees of straight down: 2 pi (1 - cos 45°).
-        near(found.overhang_area, std::f64::consts::TAU * (1.0 - 0.5_f64.sqrt()), 0.02);
+        near(found.overhang_area, TAU * (1.0 - 0.5_f64.sqrt()), 0.02);
     }
 
     #[test]
@@ -321,6 +353,76 @@ mod tests {
         near(wall.maximum, 0.2, 0.05);
         // From the inner surface the void is the hollow of radius 0.9.
         near(found.pore_size.unwrap().minimum, 1.8, 0.02);
+    }
+
+    #[test]
+    fn parallel_walls_have_one_thickness_and_one_gap() {
+        // Two slabs, 0.3 thick and 0.5 apart, in a box that they reach through on four sides.
+        let program = "'abs(abs(z)-0.4)-0.15' box scale 2,2,0.8";
+        let found = check(program, 0.04);
+        let (wall, gap) = (found.wall_thickness.unwrap(), found.pore_size.unwrap());
+        for value in [wall.minimum, wall.mean, wall.maximum] {
+            near(value, 0.3, 1e-9);
+        }
+        // Balls between the slabs; those above and below them reach the box, where nothing is cut.
+        near(gap.minimum, 0.5, 1e-9);
+        assert!(wall.mean_error < 1e-9, "{wall:?}");
+        assert_eq!((found.solid.components, found.void.components), (2, 3));
+        assert_eq!(found.solid.percolates, [true, true, false]);
+        assert_eq!((found.handles, found.void.enclosed), (0, 0));
+    }
+
+    #[test]
+    fn a_cubic_pore_has_the_mean_of_its_touching_balls() {
+        // A ball that touches a side of the cube [-1, 1]^3 at (u, v) has radius 1 - max(|u|, |v|):
+        // the mean diameter is 2/3, the greatest 2.
+        let found = check("box scale 1.3 box difference", 0.04);
+        let pore = found.pore_size.unwrap();
+        // Balls near the edges of the cube are wrong by the spacing.
+        near(pore.mean, 2.0 / 3.0, 0.03);
+        near(pore.maximum, 2.0, 0.02);
+        assert!(pore.minimum < 2.0 * NEAR * 0.04, "{pore:?}");
+        assert!(pore.mean_error < 0.01 * pore.mean, "{pore:?}");
+        assert_eq!((found.solid.components, found.void.enclosed, found.handles), (1, 1, 0));
+        assert_eq!(found.void.percolates, [false; 3]);
+    }
+
+    #[test]
+    fn overhangs_have_the_areas_of_closed_forms() {
+        let of = |program: &str, spacing: f64, angle_deg: f64, up: DVec3| {
+            let job = Job::parse(program).unwrap();
+            let (settings, progress) = (Settings::with_spacing(spacing), Progress::new());
+            let overhang = Overhang { angle_deg, up };
+            job.survey(&settings, &overhang, &progress).unwrap().overhang_area
+        };
+        let up = DVec3::Z;
+        for angle in [30.0_f64, 45.0, 60.0] {
+            let (sine, cosine) = angle.to_radians().sin_cos();
+            for spacing in [0.08, 0.04, 0.02] {
+                // Triangles along the rim of the cap count or not.
+                let error = of("sphere", spacing, angle, up) - TAU * (1.0 - cosine);
+                assert!(error.abs() < 0.4 * spacing * TAU * sine, "{angle} {spacing}: {error}");
+            }
+            // By the normal's angle a to straight down, the lower half of a tube of radius r about a
+            // circle of radius R has the area of a circle's arc times its way: 2 pi R 2 r a.
+            let torus = TAU * 0.75 * 2.0 * 0.25 * angle.to_radians();
+            near(of("torus", 0.02, angle, up), torus, 0.03);
+        }
+        // The floor of a box rests on the plate; that of a shelf on a foot does not.
+        assert_eq!(of("box", 0.25, 45.0, up), 0.0);
+        let shelf = "box scale 0.5,0.5,1 translate 0,0,-1 box scale 1,1,0.25 union";
+        // Creases are chamfered by the spacing: the one between them looks down more steeply, those along
+        // the foot do not look against x.
+        let h = 0.0625;
+        near(of(shelf, h, 45.0, up), 4.0 - 1.0, 0.02);
+        near(of(shelf, h, 45.0, DVec3::X), 1.75 * (1.0 - 2.0 * h), 1e-3);
+        assert_eq!(of(shelf, 0.125, 45.0, -up), 0.0);
+        // A cube on its edge, sides leaning by 45 degrees: below that only the chamfer of the edge, of length
+        // 2; above, two of its sides.
+        let edge = "box rotate pi/4 1,0,0";
+        let chamfer = of(edge, 0.06, 40.0, up);
+        assert!(chamfer < 2.0 * 1.5 * 0.06, "{chamfer}");
+        near(of(edge, 0.06, 50.0, up), 8.0, 0.05);
     }
 
     #[test]

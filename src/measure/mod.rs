@@ -1,16 +1,20 @@
-//! Quantities of a solid: volume and area, their derivatives by parameters, wall thickness, and what
-//! hangs together.
+//! Quantities of a solid: volume and area, their derivatives by parameters, wall thickness, overhangs,
+//! and what hangs together.
 //!
 //! Measures of a mesh by itself (quality, topology) are in [`Measures`](crate::mesh::Measures);
 //! here is what also needs the field or the box, or what needs no mesh to be kept.
 
 pub mod gradient;
+pub mod overhang;
 pub mod phases;
 pub mod quadrature;
+pub mod survey;
 pub mod totals;
 pub mod walls;
 
 pub use gradient::{Gradient, GridMotion, gradient};
+pub use overhang::Overhang;
 pub use phases::{Phase, Phases, phases};
 pub use quadrature::{Estimate, FieldMeasures, quadrature};
+pub use survey::{Survey, survey};
 pub use totals::{Totals, totals};

@@ -171,6 +171,11 @@ impl Server {
             made.field = Some(without_report(&found));
             made.warnings.extend(super::measure::unresolved(found.unresolved));
         }
+        if let Some(overhang) = request.overhang() {
+            let (measures, found) = job.structure(&settings, &overhang, &Progress::new())?;
+            made.structure = Some(found);
+            made.warnings.extend(report::remarks(&measures.report));
+        }
         if let Some(wanted) = &request.mesh {
             if self.limits.access == Access::Nothing {
                 let message = "no files may be written here".to_owned();

@@ -4,7 +4,7 @@ use super::super::output::OutputError;
 use super::super::report::{Trouble, picture};
 use crate::contour::{self, Grid};
 use crate::geom::Axis;
-use crate::job::{self, Report};
+use crate::job::{self, Report, Structure};
 use crate::lang::{Diagnostic, Sources};
 use crate::mesh::io::{Format, Precision};
 use annotate_snippets::Renderer;
@@ -56,6 +56,8 @@ pub(super) struct Made {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) field: Option<Map<String, Value>>,
     #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) structure: Option<Structure>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) mesh: Option<Written>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub(super) warnings: Vec<String>,
@@ -74,6 +76,7 @@ impl Made {
             measures: None,
             gradient: None,
             field: None,
+            structure: None,
             mesh: None,
             warnings: Vec::new(),
             seconds: 0.0,

@@ -4,6 +4,7 @@ use super::reply::ErrorReply;
 use crate::geom::Aabb;
 use crate::job::{Settings, Spacing};
 use crate::lang;
+use crate::measure::Overhang;
 use crate::mesh::io::{Format, Precision};
 use glam::DVec3;
 use serde::Deserialize;
@@ -42,6 +43,7 @@ pub(super) struct Request {
     pub(super) measure: Option<Wanted>,
     gradient: Option<GradientWanted>,
     field: Option<FieldWanted>,
+    structure: Option<StructureWanted>,
     pub(super) mesh: Option<MeshWanted>,
 }
 
@@ -92,6 +94,24 @@ enum GradientWanted {
 #[serde(untagged, expecting = "`field` must be true or false")]
 enum FieldWanted {
     Is(bool),
+}
+
+/// The structure asked for.
+#[derive(Debug, Deserialize)]
+#[serde(
+    untagged,
+    expecting = "`structure` must be true or false, or an object with `overhang` (degrees) and `up` (three numbers)"
+)]
+enum StructureWanted {
+    Is(bool),
+    Of(StructureForm),
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct StructureForm {
+    overhang: Option<f64>,
+    up: Option<[f64; 3]>,
 }
 
 /// The mesh file asked for.
@@ -158,6 +178,15 @@ impl Request {
         if corners.is_some_and(|b| (0..3).any(|a| b[a] >= b[a + 3])) {
             return Some("`bounds` must be the least corner, then the greatest".to_owned());
         }
+        if let Some(overhang) = self.overhang() {
+            let Overhang { angle_deg, up } = overhang;
+            if !(angle_deg > 0.0 && angle_deg <= 90.0) {
+                return Some("`overhang` must be degrees above 0 and at most 90".to_owned());
+            }
+            if !up.normalize_or_zero().is_normalized() {
+                return Some("`up` must be a direction: not all zero".to_owned());
+            }
+        }
         self.measure.as_ref().and_then(Wanted::fault)
     }
 
@@ -169,6 +198,18 @@ impl Request {
     /// Whether measures straight from the field are asked for.
     pub(super) fn wants_field(&self) -> bool {
         matches!(self.field, Some(FieldWanted::Is(true)))
+    }
+
+    /// What overhangs, if the structure is asked for.
+    pub(super) fn overhang(&self) -> Option<Overhang> {
+        let plain = Overhang::default();
+        match self.structure.as_ref()? {
+            StructureWanted::Is(wanted) => wanted.then_some(plain),
+            StructureWanted::Of(StructureForm { overhang, up }) => Some(Overhang {
+                angle_deg: overhang.unwrap_or(plain.angle_deg),
+                up: up.map_or(plain.up, DVec3::from_array),
+            }),
+        }
     }
 
     /// The parameters, by name.
