@@ -57,7 +57,7 @@
 //! | [`field`] | oracles: the signed distance to a mesh, numbers between points |
 //! | [`octree`] | interval subdivision down to bricks |
 //! | [`contour`] | grid, cases, placement, streaming assembly |
-//! | [`measure`] | quantities that need the field as well as the mesh |
+//! | [`measure`] | quantities that need the field as well as the mesh; planar cuts |
 //! | [`cellular`] | catalogues of periodic surfaces and of unit cells, foams, filled parts |
 //! | [`vocabulary`] | the one table of words |
 //! | [`job`] | the facade: program text to mesh and measures |

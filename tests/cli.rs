@@ -429,6 +429,51 @@ fn the_structure_is_printed_as_a_table_or_json() {
 }
 
 #[test]
+fn slices_are_written_as_pictures() {
+    let folder = tempfile::tempdir().unwrap();
+    let slice = |arguments: &[&str]| {
+        let program = ["box", "cylinder", "scale", "0.5", "difference"];
+        run(ALVEOLE, folder.path(), &[&["slice", "-s", "0.05"], arguments, &program].concat())
+    };
+    let output = slice(&["--at", "-0.5:0.5:0.5", "-o", "part-%03d.svg", "--json", "-q"]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    assert_eq!(names(folder.path()), ["part-000.svg", "part-001.svg", "part-002.svg"]);
+    let rows: serde_json::Value = serde_json::from_str(&stdout(&output)).unwrap();
+    for (k, row) in rows.as_array().unwrap().iter().enumerate() {
+        assert_eq!(row["at"], -0.5 + 0.5 * k as f64);
+        close(row["area"].as_f64().unwrap(), 4.0 - std::f64::consts::PI / 4.0, 1e-3);
+        assert_eq!((&row["outlines"], &row["holes"]), (&2.into(), &1.into()));
+    }
+    let text = fs::read_to_string(folder.path().join("part-001.svg")).unwrap();
+    assert!(text.starts_with("<svg ") && text.contains("evenodd") && text.ends_with("</svg>\n"));
+    assert!(text.contains("M-1 -1L1 -1L1 1L-1 1Z"), "{text}");
+    let output = slice(&["--at", "0", "--axis", "x", "--pixel", "0.1", "-o", "front.png"]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    assert!(stderr(&output).contains("front.png"), "{}", stderr(&output));
+    let picture = fs::read(folder.path().join("front.png")).unwrap();
+    assert!(picture.starts_with(b"\x89PNG\r\n"));
+    // Width and height of the header.
+    assert_eq!(picture[16..24], [0, 0, 0, 20, 0, 0, 0, 20]);
+    let piped = slice(&["--at", "0", "-o", "-"]);
+    assert!(piped.stdout.starts_with(b"<svg "), "{}", stderr(&piped));
+    let refused = |arguments: &[&str], words: &[&str]| {
+        let output = slice(arguments);
+        let said = stderr(&output);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {said}");
+        assert!(words.iter().all(|word| said.contains(word)), "{arguments:?}: {said}");
+    };
+    refused(&["--at", "0,0.5", "-o", "one.svg"], &["one.svg", "%04d", "2 slices"]);
+    refused(&["--at", "1.5", "-o", "one.svg"], &["--at", "1.5", "from -1 to 1"]);
+    refused(&["--at", "0:1", "-o", "one.svg"], &["--at", "0:1:0.1"]);
+    refused(&["--at", "0", "-o", "one.jpg"], &["one.jpg", ".svg", ".png"]);
+    refused(&["--at", "0", "-o", "one.svg", "--pixel", "1"], &["--pixel", ".png"]);
+    refused(&["--at", "0", "-o", "one.png", "--pixel", "0"], &["--pixel", "positive"]);
+    refused(&["--at", "0", "-o", "one.png", "--pixel", "1e-9"], &["pixels", "larger"]);
+    refused(&["-o", "one.png"], &["--at"]);
+    assert_eq!(names(folder.path()).len(), 4);
+}
+
+#[test]
 fn derivatives_and_field_measures_are_printed_as_a_table_or_json() {
     let folder = tempfile::tempdir().unwrap();
     let measure = |options: &[&str]| {

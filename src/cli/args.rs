@@ -23,6 +23,8 @@ pub(super) enum Command {
     List(ListArguments),
     /// Measure the solid that a program describes: volume, density, area, topology, quality
     Measure(MeasureArguments),
+    /// Cut the solid that a program describes by planes: outlines as SVG, pixels as PNG
+    Slice(SliceArguments),
     /// Check and measure a mesh file
     Check(CheckArguments),
     /// Print the program that the input of another tool stands for: ASLI's config.yml, Scaffolder's line
@@ -56,6 +58,7 @@ impl Programmed for Alveole {
         match &self.command {
             Command::Mesh(arguments) => &arguments.work.program,
             Command::Measure(arguments) => &arguments.work.program,
+            Command::Slice(arguments) => &arguments.work.program,
             Command::List(_)
             | Command::Check(_)
             | Command::Convert(_)
@@ -132,6 +135,44 @@ pub(super) struct MeasureArguments {
 
     #[command(flatten)]
     pub(super) work: WorkArguments,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct SliceArguments {
+    /// Picture to write, .svg or .png; of several, `%d` in the name is the number from 0 on, `%04d` with
+    /// four digits
+    #[arg(short, long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub(super) output: PathBuf,
+
+    /// Where to cut: heights with commas between, or FROM:TO:STEP; equations allowed
+    #[arg(long, value_name = "Z,...|FROM:TO:STEP", allow_hyphen_values = true)]
+    pub(super) at: String,
+
+    /// Axis that the planes are across
+    #[arg(long, value_enum, value_name = "AXIS", default_value = "z")]
+    pub(super) axis: AxisArgument,
+
+    /// Side of a pixel of a PNG, in model units; equations allowed [default: the grid spacing]
+    #[arg(long, value_name = "SIZE")]
+    pub(super) pixel: Option<String>,
+
+    /// Print file, height, area, perimeter, outlines and holes of each slice as JSON
+    #[arg(long)]
+    pub(super) json: bool,
+
+    #[command(flatten)]
+    pub(super) work: WorkArguments,
+}
+
+/// An axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum AxisArgument {
+    /// Planes seen from the right: y to the right, z up
+    X,
+    /// Planes seen from the front: x to the right, z up
+    Y,
+    /// Planes seen from above: x to the right, y up
+    Z,
 }
 
 /// What every command takes that contours a solid.

@@ -15,6 +15,7 @@ mod mesh;
 mod output;
 mod report;
 pub mod serve;
+mod slice;
 mod stats;
 mod summary;
 mod table;
@@ -33,6 +34,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     let described = Alveole::command()
         .mut_subcommand("mesh", |mesh| mesh.after_long_help(list::summary()))
         .mut_subcommand("measure", |measure| measure.after_long_help(list::summary()))
+        .mut_subcommand("slice", |slice| slice.after_long_help(list::summary()))
         .mut_subcommand("serve", |serve| serve.after_long_help(serve::PROTOCOL));
     conclude(
         "alveole",
@@ -42,6 +44,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
                 Command::Mesh(arguments) => mesh::run("alveole mesh", &arguments),
                 Command::List(arguments) => list::run(&arguments),
                 Command::Measure(arguments) => measure::run("alveole measure", &arguments),
+                Command::Slice(arguments) => slice::run("alveole slice", &arguments),
                 Command::Check(arguments) => check::run(&arguments),
                 Command::Convert(arguments) => convert::run(&arguments),
                 Command::Serve(arguments) => serve::run(&arguments),

@@ -8,6 +8,7 @@ use crate::contour;
 use crate::geom::Axis;
 use crate::job::{self, ConversionNote, MeshNote};
 use crate::lang::{Diagnostic, Place, Rejected, Sources};
+use crate::measure::slice::RasterError;
 use crate::mesh::io::{ReadError, WriteError};
 use crate::solid::Span;
 use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
@@ -51,6 +52,25 @@ pub(super) enum Trouble {
         /// The output as the user named it.
         name: String,
     },
+    /// The output's name does not say what picture it is.
+    #[error("`{name}`: the extension names no picture that can be written; use .svg or .png")]
+    Picture {
+        /// The output as the user named it.
+        name: String,
+    },
+    /// One name is given for several files.
+    #[error(
+        "`{name}` is one name for {count} slices; put their number in it, as in `slice-%04d.svg`"
+    )]
+    Names {
+        /// The output as the user named it.
+        name: String,
+        /// How many files there would be.
+        count: usize,
+    },
+    /// There can be no picture of that size.
+    #[error("cannot draw the slices: {0}")]
+    Raster(#[from] RasterError),
     /// A word that is asked for does not exist.
     #[error("there is no word `{word}`{}", hint(near))]
     Word {
@@ -88,6 +108,27 @@ pub(super) enum ValueFault {
     /// The spacing is zero, negative or not finite.
     #[error("must be positive, as in `-s 0.05` or `-s 2/60`")]
     SpacingSign,
+    /// The length is not one positive number.
+    #[error("takes one positive number")]
+    Length,
+    /// A range is none, is empty or has too many steps.
+    #[error(
+        "takes heights with commas between, as in `--at 0.1,0.2`, or a range, as in `--at 0:1:0.1`"
+    )]
+    Range,
+    /// A height is not in the box.
+    #[error("has {height}, but the box reaches from {lo} to {hi} along this axis")]
+    Height {
+        /// The height.
+        height: f64,
+        /// The least one.
+        lo: f64,
+        /// The greatest one.
+        hi: f64,
+    },
+    /// The output has no pixels.
+    #[error("is of no use for an SVG, which has no pixels; write a .png")]
+    NoPixels,
     /// The angle is not one number, or not between 0 and 90.
     #[error("takes degrees from straight down, above 0 and at most 90, as in `--overhang 45`")]
     Angle,
@@ -154,6 +195,9 @@ pub(super) fn trouble(name: &str, trouble: &Trouble) -> ExitCode {
         Trouble::Value { .. }
         | Trouble::Options { .. }
         | Trouble::Format { .. }
+        | Trouble::Picture { .. }
+        | Trouble::Names { .. }
+        | Trouble::Raster(_)
         | Trouble::Word { .. }
         | Trouble::Job(_)
         | Trouble::Output(_)
@@ -173,6 +217,9 @@ fn code(trouble: &Trouble) -> u8 {
         | Trouble::Number(_)
         | Trouble::Options { .. }
         | Trouble::Format { .. }
+        | Trouble::Picture { .. }
+        | Trouble::Names { .. }
+        | Trouble::Raster(_)
         | Trouble::Word { .. } => 2,
         Trouble::Job(error) => match error {
             job::Error::Program(rejected) => {

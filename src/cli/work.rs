@@ -117,7 +117,19 @@ fn read_bounds(text: &str, parameters: &[(String, f64)]) -> Result<Aabb, Trouble
     Ok(bounds)
 }
 
-fn read_numbers(
+/// Reads one positive length.
+pub(super) fn read_length(
+    option: &'static str,
+    text: &str,
+    parameters: &[(String, f64)],
+) -> Result<f64, Trouble> {
+    match *read_numbers(option, text, parameters)?.as_slice() {
+        [length] if length > 0.0 && length.is_finite() => Ok(length),
+        _ => Err(wrong(option, text, ValueFault::Length)),
+    }
+}
+
+pub(super) fn read_numbers(
     option: &'static str,
     text: &str,
     parameters: &[(String, f64)],
@@ -125,6 +137,6 @@ fn read_numbers(
     lang::numbers(text, &format!("the value of `{option}`"), parameters).map_err(Trouble::Number)
 }
 
-fn wrong(option: &'static str, text: &str, fault: ValueFault) -> Trouble {
+pub(super) fn wrong(option: &'static str, text: &str, fault: ValueFault) -> Trouble {
     Trouble::Value { option, text: text.to_owned(), fault }
 }

@@ -18,6 +18,7 @@ use super::place::{BrickLines, Placer, planes};
 use super::tables::{TABLES, Tables};
 use super::{Error, Report, Stages};
 use crate::eval::{BRICK, BrickSigns, Sampler};
+use crate::geom::Axis;
 use crate::mesh::Sink;
 use crate::num::Progress;
 use crate::octree::{Bricks, Pool, RankedBits};
@@ -250,11 +251,23 @@ impl<S> Scene<'_, S> {
     /// Whether a node, given by its place from the least node of `brick` on, has more than one
     /// crossed edge. Edges to ghosts count, because ghosts are outside.
     pub(super) fn is_crowded(&self, brick: [u32; 3], place: [usize; 3]) -> bool {
+        self.is_crowded_along(brick, place, &Axis::ALL)
+    }
+
+    /// As [`is_crowded`](Self::is_crowded), of edges along some axes only.
+    #[inline]
+    pub(super) fn is_crowded_along(
+        &self,
+        brick: [u32; 3],
+        place: [usize; 3],
+        axes: &[Axis],
+    ) -> bool {
         let node = [0, 1, 2].map(|a| (brick[a] as usize * BRICK + place[a]) as i64);
         let here = self.is_inside(node);
-        let crossed = (0..6).filter(|side| {
+        let sides = axes.iter().flat_map(|axis| [(axis.index(), 1), (axis.index(), -1)]);
+        let crossed = sides.filter(|&(axis, step)| {
             let mut other = node;
-            other[side / 2] += if side % 2 == 0 { 1 } else { -1 };
+            other[axis] += step;
             self.is_inside(other) != here
         });
         crossed.take(2).count() == 2

@@ -15,6 +15,7 @@
 //! tables never decrease and the way of the surface towards the plane can be told
 //! (`place`).
 
+use super::outlines::MOST_PLANES;
 use crate::eval::BRICK;
 use crate::geom::{Aabb, Axis};
 use crate::mesh::io::Precision;
@@ -117,6 +118,31 @@ impl Grid {
         let grid = Self { lines: [line(Axis::X)?, line(Axis::Y)?, line(Axis::Z)?] };
         let bricks = grid.bricks().iter().map(|&n| u64::from(n)).product();
         if bricks > MAX_BRICKS { Err(GridError::Bricks { bricks }) } else { Ok(grid) }
+    }
+
+    /// The grid whose nodes along `axis` are at `heights`, and the same as here along the others: planes
+    /// to cut a solid by.
+    ///
+    /// Heights on an outer plane are sampled as its nodes are.
+    ///
+    /// # Panics
+    /// If there are no heights or more than [`MOST_PLANES`], they are not in order, or one is not between
+    /// the outer planes.
+    #[must_use]
+    pub fn planes(&self, axis: Axis, heights: &[f64]) -> Self {
+        assert!((1..=MOST_PLANES).contains(&heights.len()), "{} planes", heights.len());
+        let mut planes = self.clone();
+        let line = &mut planes.lines[axis.index()];
+        let cells = line.cells;
+        let [lo, hi] = [line.placed[1], line.placed[cells + 1]];
+        assert!(heights.is_sorted() && heights.iter().all(|u| (lo..=hi).contains(u)), "heights");
+        // Ghosts and filler are at the first and the last height.
+        let at = |p: usize| heights[p.saturating_sub(1).min(heights.len() - 1)];
+        let placed: Vec<f64> = (0..=BRICK).map(at).collect();
+        let [first, last] = [line.sampled[1], line.sampled[cells + 1]];
+        let sampled = placed.iter().map(|u| u.clamp(first, last)).collect();
+        *line = Line { cells: heights.len() - 1, placed, sampled, shortest: f64::INFINITY };
+        planes
     }
 
     /// Cells along each axis, ghosts apart.

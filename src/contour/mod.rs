@@ -20,6 +20,7 @@ mod faces;
 pub mod grid;
 mod guess;
 mod numbering;
+pub mod outlines;
 mod place;
 mod roots;
 pub mod signs;

@@ -42,6 +42,7 @@ pub mod loader;
 mod measures;
 mod points;
 mod report;
+mod slices;
 pub mod structure;
 mod survey;
 

@@ -1,5 +1,5 @@
 //! Quantities of a solid: volume and area, their derivatives by parameters, wall thickness, overhangs,
-//! and what hangs together.
+//! what hangs together, planar cuts.
 //!
 //! Measures of a mesh by itself (quality, topology) are in [`Measures`](crate::mesh::Measures);
 //! here is what also needs the field or the box, or what needs no mesh to be kept.
@@ -8,6 +8,7 @@ pub mod gradient;
 pub mod overhang;
 pub mod phases;
 pub mod quadrature;
+pub mod slice;
 pub mod survey;
 pub mod totals;
 pub mod walls;

@@ -224,6 +224,9 @@ impl From<Trouble> for ErrorReply {
             | Trouble::Value { .. }
             | Trouble::Number(_)
             | Trouble::Options { .. }
+            | Trouble::Picture { .. }
+            | Trouble::Names { .. }
+            | Trouble::Raster(_)
             | Trouble::Word { .. }
             | Trouble::Read(_)
             | Trouble::Requests(_)
