@@ -6,10 +6,12 @@
 
 use alveole::contour::{self, Grid, contour};
 use alveole::eval::{Engine, Program, interpret};
-use alveole::expr::Failure;
+use alveole::expr::{Failure, Oracle};
+use alveole::field::scattered::{Data, Scale, Scattered, scattered};
 use alveole::field::{MeshDistance, mesh_distance};
 use alveole::geom::{Aabb, Axis};
-use alveole::lang::{self, Loaded, Loader, Refusal, Rejected};
+use alveole::job::convert::{Converted, scaffolder};
+use alveole::lang::{self, Diagnostic, Loaded, Loader, Refusal, Rejected, Span, Translation};
 use alveole::mesh::sink::Collect;
 use alveole::mesh::{Mesh, check};
 use alveole::num::Progress;
@@ -145,7 +147,34 @@ impl Loader for Files {
         }
         Ok(Loaded { distance: Arc::clone(&*WEDGE) as _, bounds: WEDGE.bounds() })
     }
+
+    fn points(&mut self, text: &str) -> Result<Arc<dyn Oracle>, Refusal> {
+        if text != "a.fap" {
+            return Err(Refusal { cause: "no such file".to_owned() });
+        }
+        Ok(Arc::clone(&*POINTS) as _)
+    }
+
+    fn translation(
+        &mut self,
+        word: &str,
+        span: Span,
+    ) -> Option<Result<Translation, Box<Diagnostic>>> {
+        let line = word.strip_prefix(scaffolder::PREFIX)?;
+        let converted = scaffolder::convert(line);
+        Some(match converted {
+            Ok(Converted { text, .. }) => Ok(Translation { name: word.to_owned(), text }),
+            Err(fault) => Err(Box::new(Diagnostic::new(fault.message).at(span, ""))),
+        })
+    }
 }
+
+/// Numbers at a few points.
+static POINTS: LazyLock<Arc<Scattered>> = LazyLock::new(|| {
+    let at = vec![[0.0; 3], [1.0, 0.0, 0.5], [-0.5, 1.0, 0.0], [0.0, -1.0, 1.0], [0.5, 0.5, -1.0]];
+    let data = Data { at, values: vec![0.25, -0.5, 0.75, 0.5, 1.0] };
+    Arc::new(scattered(&data, Scale::Plain, "a.fap").expect("the points are apart"))
+});
 
 /// The distance to a tetrahedron.
 static WEDGE: LazyLock<Arc<MeshDistance>> = LazyLock::new(|| {

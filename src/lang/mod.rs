@@ -7,8 +7,10 @@
 //! Text passes through four stages, each in a file of its own: [`words`] expands `@file` words,
 //! [`stack`] reads words as items with their arguments ([`syntax`]), reading equations by
 //! [`infix`], and [`lower`] runs the items on a stack of solids. Faults become [`Diagnostic`]s,
-//! plain data with spans. A [parameter](parameters) stays a leaf of the graph, whatever its value. Nothing here reads files, prints, or knows a shape by name: the
-//! [`Vocabulary`] and the [`Loader`] are given. No input makes it panic or recurse without limit.
+//! plain data with spans. A [parameter](parameters) stays a leaf of the graph, whatever its value;
+//! so do numbers at points of a file, which an equation names in brackets. Nothing here reads
+//! files, prints, or knows a shape by name: the [`Vocabulary`] and the [`Loader`] are given. No
+//! input makes it panic or recurse without limit.
 //!
 //! Source: the Cesogen paper, section 3.2; supersets are noted where they are made.
 
