@@ -465,6 +465,8 @@ fn slices_are_written_as_pictures() {
     refused(&["--at", "0,0.5", "-o", "one.svg"], &["one.svg", "%04d", "2 slices"]);
     refused(&["--at", "1.5", "-o", "one.svg"], &["--at", "1.5", "from -1 to 1"]);
     refused(&["--at", "0:1", "-o", "one.svg"], &["--at", "0:1:0.1"]);
+    refused(&["--at", "0:1:1e-9", "-o", "%d.svg"], &["--at", " slices; give a longer step"]);
+    refused(&["--at", "0", "-o", "-", "--json"], &["-o", "--json"]);
     refused(&["--at", "0", "-o", "one.jpg"], &["one.jpg", ".svg", ".png"]);
     refused(&["--at", "0", "-o", "one.svg", "--pixel", "1"], &["--pixel", ".png"]);
     refused(&["--at", "0", "-o", "one.png", "--pixel", "0"], &["--pixel", "positive"]);

@@ -111,11 +111,20 @@ pub(super) enum ValueFault {
     /// The length is not one positive number.
     #[error("takes one positive number")]
     Length,
-    /// A range is none, is empty or has too many steps.
+    /// A range is none or is empty.
     #[error(
         "takes heights with commas between, as in `--at 0.1,0.2`, or a range, as in `--at 0:1:0.1`"
     )]
     Range,
+    /// A range has too many steps.
+    #[error("is {steps:.0} slices; give a longer step")]
+    Slices {
+        /// How many there would be.
+        steps: f64,
+    },
+    /// Standard output is wanted for two things.
+    #[error("is where `--json` prints; name a file")]
+    Taken,
     /// A height is not in the box.
     #[error("has {height}, but the box reaches from {lo} to {hi} along this axis")]
     Height {

@@ -26,6 +26,9 @@ pub(super) fn run(name: &str, arguments: &SliceArguments) -> Result<(), Trouble>
     let start = Instant::now();
     let SliceArguments { output, at, axis, pixel, json, work: common } = arguments;
     let format = Format::of(output)?;
+    if *json && output == Path::new("-") {
+        return Err(work::wrong("-o", "-", ValueFault::Taken));
+    }
     let work::Work { job, settings } = work::prepare(name, common)?;
     let axis = match axis {
         AxisArgument::X => Axis::X,
@@ -133,8 +136,11 @@ fn heights(text: &str, job: &Job) -> Result<Vec<f64>, Trouble> {
         _ => return Err(work::wrong("--at", text, ValueFault::Range)),
     };
     let steps = ((to - from) / step + ROUNDING).floor();
-    if !(step != 0.0 && (0.0..MOST_SLICES).contains(&steps)) {
+    if !(step != 0.0 && steps >= 0.0) {
         return Err(work::wrong("--at", text, ValueFault::Range));
+    }
+    if steps >= MOST_SLICES {
+        return Err(work::wrong("--at", text, ValueFault::Slices { steps: steps + 1.0 }));
     }
     Ok((0..=steps as u32).map(|k| from + f64::from(k) * step).collect())
 }
