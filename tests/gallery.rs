@@ -32,9 +32,11 @@ fn every_command_of_the_gallery_runs_as_written() {
         let output = shell.output().unwrap();
         assert!(output.status.success(), "{command}: {}", String::from_utf8_lossy(&output.stderr));
         let name = command.split_once("-o ").and_then(|(_, rest)| rest.split_once(' '));
-        let Some((name, _)) = name.filter(|(name, _)| io::is_mesh_path(Path::new(name))) else {
+        let Some((name, _)) = name else { continue };
+        assert!(folder.path().join(name).is_file(), "{command}");
+        if !io::is_mesh_path(Path::new(name)) {
             continue;
-        };
+        }
         let (mesh, _) = io::read_with(&folder.path().join(name), &Progress::new()).unwrap();
         let found = check(&mesh);
         assert!(found.is_sound(), "{command}: {:?}", found.defects);
