@@ -131,7 +131,7 @@ fn eval(name: &str, cells: usize, rounds: u32) -> serde_json::Value {
     let last = cells as f64;
     let table: Vec<f64> = (0..=cells).map(|i| 2.0 * i as f64 / last - 1.0).collect();
     let bound: Bound = program.bind(Axis::ALL.map(|_| table.clone()), &[]);
-    let divide = || subdivide(&bound, Pruning::Intervals, &Progress::new()).unwrap();
+    let divide = || subdivide(&bound, Pruning::Intervals, u64::MAX, &Progress::new()).unwrap();
     let bricks = divide();
     let bounding = least(rounds, || drop(divide()));
 

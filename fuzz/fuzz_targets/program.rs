@@ -93,7 +93,7 @@ fn check_mesh(program: &lang::Program) {
     let bound = field.bind(tables, &[0.5]);
     let mesh = |pruning: Pruning| -> Option<Mesh> {
         let mut sink = Collect::default();
-        let settings = contour::Settings { pruning };
+        let settings = contour::Settings { pruning, memory: None };
         match contour(&bound, &grid, &settings, &Progress::new(), &mut sink) {
             Ok(_) => Some(sink.into_mesh()),
             Err(contour::Error::Failure(_)) => None,

@@ -43,7 +43,7 @@ const MAX_BRICKS: u64 = 1 << 32;
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum GridError {
     /// The box is empty, flat or unbounded along an axis.
-    #[error("the box runs from {lo} to {hi} along {axis:?}; give finite bounds with lo < hi")]
+    #[error("the box runs from {lo:?} to {hi:?} along {axis:?}; give finite bounds with lo < hi")]
     Bounds {
         /// The axis at fault.
         axis: Axis,

@@ -15,6 +15,7 @@
 
 mod assemble;
 mod bits;
+mod classify;
 mod coarse;
 mod faces;
 pub mod grid;
@@ -39,8 +40,9 @@ pub use signs::Signs;
 use crate::eval::Sampler;
 use crate::eval::sampler::Failure;
 use crate::mesh::Sink;
+use crate::num::memory::Shortage;
 use crate::num::{Cancelled, Progress};
-use crate::octree::{Interrupted, Pruning};
+use crate::octree::Pruning;
 use serde::{Serialize, Serializer};
 use std::time::{Duration, Instant};
 
@@ -49,6 +51,9 @@ use std::time::{Duration, Instant};
 pub struct Settings {
     /// Whether intervals may settle boxes.
     pub pruning: Pruning,
+    /// Most bytes of memory for what is kept of the bricks until the mesh is made; what the system
+    /// has to spare by default. What the sink takes is not counted.
+    pub memory: Option<u64>,
 }
 
 /// What [`contour`] did.
@@ -139,18 +144,12 @@ pub enum Error {
         /// Vertices of the mesh.
         vertices: u64,
     },
+    /// What is kept of the bricks that have to be sampled would not fit into memory.
+    #[error("{0}; give a larger spacing or smaller bounds")]
+    Memory(Shortage),
     /// The sink failed.
     #[error(transparent)]
     Sink(#[from] std::io::Error),
-}
-
-impl From<Interrupted> for Error {
-    fn from(cause: Interrupted) -> Self {
-        match cause {
-            Interrupted::Failure(failure) => Self::Failure(failure),
-            Interrupted::Cancelled(cancelled) => Self::Cancelled(cancelled),
-        }
-    }
 }
 
 /// Makes the mesh of the field that `sampler` has bound to the tables [`Grid::sampled`].

@@ -5,11 +5,11 @@
 
 use super::assemble::{Clocks, Scene, TASK, Worker, sample};
 use super::bits::OUTSIDE;
+use super::classify::classify;
 use super::{Error, Grid, Report, Settings};
 use crate::eval::{BRICK, BrickSigns, Sampler};
-use crate::geom::Axis;
 use crate::num::Progress;
-use crate::octree::{Bricks, Pool, subdivide};
+use crate::octree::{Bricks, Pool};
 use rayon::prelude::*;
 use std::time::Instant;
 
@@ -113,11 +113,7 @@ pub(super) fn bricks<S: Sampler>(
     progress: &Progress,
 ) -> Result<(Bricks, Report), Error> {
     let start = Instant::now();
-    let lengths = Axis::ALL.map(|axis| grid.sampled(axis).len());
-    if sampler.nodes() != lengths {
-        return Err(Error::OtherGrid { sampler: sampler.nodes(), grid: lengths });
-    }
-    let bricks = subdivide(sampler, settings.pruning, progress)?;
+    let bricks = classify(sampler, grid, settings, progress)?;
     let mut report = Report {
         bricks: bricks.total() as u64,
         active_bricks: bricks.active.len() as u64,

@@ -232,7 +232,7 @@ pub fn at_nodes(grid: &Grid, values: Vec<f64>) -> impl Fn([f64; 3]) -> f64 + Syn
 /// The mesh of a sampler, and the report.
 pub fn mesh_of<S: Sampler>(sampler: &S, grid: &Grid, pruning: Pruning) -> (Mesh, Report) {
     let mut sink = Collect::default();
-    let settings = Settings { pruning };
+    let settings = Settings { pruning, ..Settings::default() };
     let report = contour(sampler, grid, &settings, &Progress::new(), &mut sink).unwrap();
     (sink.into_mesh(), report)
 }

@@ -370,7 +370,7 @@ impl Field<'_> {
         let rates = rates.bind(&tables, &self.values);
         let bound = program.bind(tables, &self.values);
         let binding = start.elapsed() - compiling;
-        let chosen = contour::Settings { pruning: settings.pruning };
+        let chosen = contour::Settings { pruning: settings.pruning, memory: settings.memory };
         let (found, contour) = work(&bound, &rates, &chosen)?;
         if contour.triangles == 0 {
             return Err(Error::Empty { cells: self.grid.cells() });

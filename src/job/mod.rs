@@ -104,6 +104,8 @@ pub struct Settings {
     pub engine: Engine,
     /// Which bricks are sampled; the mesh does not depend on it.
     pub pruning: Pruning,
+    /// Most bytes of memory for what is kept of the grid; what the system has to spare by default.
+    pub memory: Option<u64>,
 }
 
 impl Settings {
@@ -466,7 +468,7 @@ impl FieldOn<'_> {
         let compiling = start.elapsed();
         let bound = program.bind(self.grid.tables(), &self.values);
         let binding = start.elapsed() - compiling;
-        let chosen = contour::Settings { pruning: settings.pruning };
+        let chosen = contour::Settings { pruning: settings.pruning, memory: settings.memory };
         let (found, contour) = work(&bound, &chosen)?;
         Ok((found, Report::new(self.grid, contour, self.parsing, compiling, binding)))
     }

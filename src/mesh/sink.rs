@@ -1,6 +1,7 @@
 //! Where a mesh goes that is made in pieces.
 
 use super::Mesh;
+use crate::num::memory;
 use std::io;
 use std::sync::{Mutex, PoisonError};
 
@@ -50,6 +51,13 @@ impl Collect {
 
 impl Sink for Collect {
     fn begin(&mut self, vertices: u64, triangles: u64) -> io::Result<()> {
+        let bytes = |count: u64, size: usize| count.saturating_mul(size as u64);
+        let needed = bytes(vertices, size_of::<[f64; 3]>())
+            .saturating_add(bytes(triangles, size_of::<[u32; 3]>()));
+        memory::ask(needed).map_err(|shortage| {
+            let message = format!("{shortage}; give a larger spacing");
+            io::Error::new(io::ErrorKind::OutOfMemory, message)
+        })?;
         resize(&mut self.positions, vertices, [0.0; 3])?;
         resize(&mut self.triangles, triangles, [0; 3])
     }
@@ -83,4 +91,18 @@ fn resize<T: Copy>(list: &mut Mutex<Vec<T>>, length: u64, filler: T) -> io::Resu
 fn put<T: Copy>(list: &Mutex<Vec<T>>, first: u64, items: &[T]) {
     let mut list = list.lock().unwrap_or_else(PoisonError::into_inner);
     list[first as usize..][..items.len()].copy_from_slice(items);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_mesh_beyond_memory_is_refused_before_it_is_made() {
+        if memory::available().is_some() {
+            let error = Collect::default().begin(1 << 60, 1 << 50).unwrap_err();
+            assert_eq!(error.kind(), io::ErrorKind::OutOfMemory);
+            assert!(error.to_string().contains("GiB of memory"), "{error}");
+        }
+    }
 }

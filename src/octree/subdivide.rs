@@ -37,6 +37,12 @@ pub enum Interrupted {
     /// The caller cancelled the work.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
+    /// More bricks would be left to sample than the caller allows.
+    #[error("about {bricks} bricks would have to be sampled")]
+    TooMany {
+        /// How many, about.
+        bricks: u64,
+    },
 }
 
 /// What is known of the bricks of a grid.
@@ -123,17 +129,26 @@ impl<W> Scratch<W> {
     }
 }
 
-/// Classifies the bricks of the sampler's grid.
+/// By how much a number of bricks may be foreseen too high: loose intervals keep twice or three
+/// times the boxes of a surface open in coarse levels.
+const DOUBT: u64 = 4;
+
+/// Classifies the bricks of the sampler's grid, of which no more than `most` may be left to sample.
 ///
 /// # Errors
-/// [`Interrupted`] by the failure of an oracle or by the caller.
+/// [`Interrupted`] by the failure of an oracle, by the caller, or by the number of bricks. That is
+/// foreseen from coarser levels, by what a plane across a box takes of it.
 pub fn subdivide<S: Sampler>(
     sampler: &S,
     pruning: Pruning,
+    most: u64,
     progress: &Progress,
 ) -> Result<Bricks, Interrupted> {
     let counts = sampler.nodes().map(|n| ((n - 1) / BRICK) as u32);
     let total: usize = counts.iter().map(|&n| n as usize).product();
+    if pruning == Pruning::None && total as u64 > most {
+        return Err(Interrupted::TooMany { bricks: total as u64 });
+    }
     let mut activities = Activities::new(sampler.activity_words());
     let mut inside = vec![0; total.div_ceil(64)];
     if pruning == Pruning::None {
@@ -176,6 +191,11 @@ pub fn subdivide<S: Sampler>(
             }
             boxes += part.boxes;
         }
+        let foreseen = (open.len() as u64).saturating_mul(bricks_across(level, counts));
+        let certain = if level == 0 { foreseen } else { foreseen / DOUBT };
+        if certain > most {
+            return Err(Interrupted::TooMany { bricks: foreseen.min(total as u64) });
+        }
     }
 
     let number = |index: [u32; 3]| {
@@ -195,6 +215,13 @@ pub fn subdivide<S: Sampler>(
         }
     }
     Ok(Bricks { counts, active, inside, activities, boxes, marks })
+}
+
+/// Bricks of a box of `level` that a plane meets which crosses it the shortest way.
+fn bricks_across(level: u8, counts: [u32; 3]) -> u64 {
+    let mut sides = counts.map(|n| u64::from(n).min(1 << level.min(32)));
+    sides.sort_unstable();
+    sides[0] * sides[1]
 }
 
 /// Encloses the children of `parents`, which are boxes of `level`.
@@ -356,7 +383,7 @@ mod tests {
     }
 
     fn bricks(ball: &Ball) -> Bricks {
-        subdivide(ball, Pruning::Intervals, &Progress::new()).unwrap()
+        subdivide(ball, Pruning::Intervals, u64::MAX, &Progress::new()).unwrap()
     }
 
     #[test]
@@ -399,10 +426,40 @@ mod tests {
     #[test]
     fn without_pruning_every_brick_is_sampled() {
         let ball = Ball { bricks: [3, 5, 7], radius: 1.0, nan: 0.0 };
-        let all = subdivide(&ball, Pruning::None, &Progress::new()).unwrap();
+        let all = subdivide(&ball, Pruning::None, u64::MAX, &Progress::new()).unwrap();
         assert_eq!((all.active.len(), all.boxes), (105, 0));
         assert!(all.inside.iter().all(|word| *word == 0));
         assert!((0..105).all(|rank| all.may_be_nan(rank)));
+    }
+
+    #[test]
+    fn more_bricks_than_allowed_are_refused_and_no_fewer() {
+        let progress = Progress::new();
+        let flat = Ball { bricks: [300, 200, 1], radius: 60.0, nan: f64::NEG_INFINITY };
+        let round = Ball { bricks: [90; 3], radius: 40.0, nan: f64::NEG_INFINITY };
+        let long = Ball { bricks: [500, 2, 3], radius: 2.0, nan: f64::NEG_INFINITY };
+        for ball in [flat, round, long] {
+            let needed = bricks(&ball).active.len() as u64;
+            let limited = |most| subdivide(&ball, Pruning::Intervals, most, &progress);
+            assert_eq!(limited(needed).unwrap().active.len() as u64, needed);
+            let bricks = needed;
+            assert_eq!(limited(needed - 1).unwrap_err(), Interrupted::TooMany { bricks });
+            let total = ball.bricks.iter().product::<usize>() as u64;
+            let all = |most| subdivide(&ball, Pruning::None, most, &progress);
+            assert!(all(total).is_ok());
+            assert_eq!(all(total - 1).unwrap_err(), Interrupted::TooMany { bricks: total });
+        }
+    }
+
+    #[test]
+    fn far_too_many_bricks_are_foreseen_early() {
+        // A surface of some 10^7 bricks, of which 10^4 are allowed.
+        let ball = Ball { bricks: [1500; 3], radius: 700.0, nan: f64::NEG_INFINITY };
+        let result = subdivide(&ball, Pruning::Intervals, 10_000, &Progress::new());
+        let Err(Interrupted::TooMany { bricks }) = result else { panic!("{result:?}") };
+        let area = 4.0 * std::f64::consts::PI * 700.0_f64.powi(2);
+        let ratio = bricks as f64 / area;
+        assert!((1.0 / DOUBT as f64..DOUBT as f64).contains(&ratio), "{bricks}");
     }
 
     #[test]
@@ -410,7 +467,7 @@ mod tests {
         let progress = Progress::new();
         progress.cancel();
         let ball = Ball { bricks: [3; 3], radius: 1.0, nan: 0.0 };
-        let result = subdivide(&ball, Pruning::Intervals, &progress);
+        let result = subdivide(&ball, Pruning::Intervals, u64::MAX, &progress);
         assert_eq!(result.unwrap_err(), Interrupted::Cancelled(Cancelled));
     }
 }

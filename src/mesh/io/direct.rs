@@ -82,14 +82,26 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 impl DirectWriter {
+    /// Sets `length` bytes aside for `file`, where its file system can.
+    ///
+    /// Without room set aside a direct write takes the file for itself until it is done, and the
+    /// writers wait for each other.
+    ///
+    /// # Errors
+    /// When the disk has not so much room.
+    pub(super) fn set_aside(file: &File, length: u64) -> io::Result<()> {
+        match fallocate(file, FallocateFlags::empty(), 0, length.max(1)) {
+            Err(rustix::io::Errno::NOSPC) => Err(rustix::io::Errno::NOSPC.into()),
+            // Where a file system can't, writing will tell.
+            Ok(()) | Err(_) => Ok(()),
+        }
+    }
+
     /// A writer of `length` bytes into `file`, if its file system takes direct writes.
     pub(super) fn new(file: &File, length: u64) -> Option<Self> {
         let flags = i32::try_from(OFlags::DIRECT.bits()).ok()?;
         let own = format!("/proc/self/fd/{}", file.as_raw_fd());
         let direct = File::options().write(true).custom_flags(flags).open(own).ok()?;
-        // Without room set aside a write takes the file for itself until it is done, and the
-        // writers wait for each other. Where a file system can't, they do.
-        let _ = fallocate(file, FallocateFlags::empty(), 0, length.max(1));
         Self::through(direct, file.try_clone().ok()?, length)
     }
 

@@ -152,7 +152,15 @@ impl Sink for FileSink {
                 if *format == Format::Stl {
                     stl::count(triangles)?;
                 }
-                mesh.begin(vertices, triangles)
+                mesh.begin(vertices, triangles).map_err(|error| {
+                    let kind = error.kind();
+                    if kind == io::ErrorKind::OutOfMemory {
+                        let cure = "or write PLY, which is written as it is made";
+                        io::Error::new(kind, format!("{error}, {cure}"))
+                    } else {
+                        error
+                    }
+                })
             }
         }
     }

@@ -165,6 +165,7 @@ impl Sink for PlySink {
             self.file.set_len(length)?;
             #[cfg(target_os = "linux")]
             if length > LARGE {
+                DirectWriter::set_aside(&self.file, length)?;
                 self.direct = DirectWriter::new(&self.file, length);
             }
         }
