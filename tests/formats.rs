@@ -363,18 +363,19 @@ fn refuse(name: &str, content: &[u8], place: Option<Place>, part: &str) {
 #[test]
 fn faults_name_place_cause_and_cure() {
     let line = |number| Some(Place::Line(number));
+    let word = |line, column| Some(Place::Word { line, column });
     refuse("a.obj", b"v 0 0 0\nv 1 0\nf 1 1 1", line(2), "three coordinates");
     refuse("b.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4", line(4), "vertex 4, but there are 3");
     refuse("c.obj", b"v 0 0 0\nf 1 -2 1\nv 0 0 0", line(2), "vertex -2");
     refuse("d.obj", b"v 0 0 0\nf 1 0 1", line(2), "vertex 0");
-    refuse("e.obj", b"v 0 0 0\n\nf 1 x 1", line(3), "vertex numbers");
+    refuse("e.obj", b"v 0 0 0\n\nf 1 x 1", word(3, 5), "vertex numbers");
     refuse("f.obj", b"v 0 0 0\nv 0 1e999 0\nf 1 2 2", line(2), "not finite");
     refuse("g.obj", b"g An f\nv 0 0 0", None, "no faces, only 1 vert");
     refuse("h.obj", b"hello\n", None, "is not OBJ");
-    refuse("i.obj", b"v 0 0 0\nv \xff 0 0\nf 1 2 3", line(2), "plain text");
+    refuse("i.obj", b"v 0 0 0\nv \xff 0 0\nf 1 2 3", word(2, 3), "plain text");
     refuse("a.off", b"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n", line(6), "vertex 3");
     refuse("b.off", b"OFF\n3 1 0\n0 0 0\n1 0\n0 1 0 0 0\n3 0 1 2\n", line(4), "three coordinates");
-    refuse("c.off", b"OFF\n9 9 9\n0 0 0\n", line(2), "ends before");
+    refuse("c.off", b"OFF\n9 9 9\n0 0 0\n", line(2), "18 vertices and faces are announced");
     refuse("d.off", b"OFF BINARY\n\0\0", None, "binary OFF files are not read");
     refuse("e.off", b"4OFF\n1 1 1\n", line(1), "4OFF");
     refuse("f.off", b"OFF\n1 0 0\n0 0 0\n", None, "no faces");
@@ -383,17 +384,17 @@ fn faults_name_place_cause_and_cure() {
         property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n";
     let ply = |rest: &str| format!("{head}{rest}").into_bytes();
     refuse("a.ply", &ply("0 0 0\n1 0 0\n0 1\n3 0 1 2\n"), line(12), "a number");
-    refuse("b.ply", &ply("0 0 0\n1 0 0\n0 1 0 0\n3 0 1 2\n"), line(12), "end of the line");
+    refuse("b.ply", &ply("0 0 0\n1 0 0\n0 1 0 0\n3 0 1 2\n"), word(12, 7), "end of the line");
     refuse("c.ply", &ply("0 0 0\n1 0 0\n0 1 0\n3 0 1 -1\n"), line(13), "vertex -1");
     refuse("d.ply", &ply("0 0 0\n1 0 0\n0 inf 0\n3 0 1 2\n"), line(12), "not finite");
-    refuse("e.ply", &ply("0 0 0\n1 0 0\n0 1 0\n"), line(12), "ends before");
+    refuse("e.ply", &ply("0 0 0\n1 0 0\n0 1 0\n"), line(12), "1 items of element `face`");
     refuse("f.ply", &ply("0 0 0\n1 0 0\n0 1 0\n300 0 1 2\n"), line(13), "ends before");
     refuse("g.ply", b"hello", None, "is not PLY");
     let huge = head.replace("ascii", "binary_little_endian").replace("face 1", "face 4000000000");
     let place = Some(Place::Byte(huge.len() as u64 + 36));
-    refuse("h.ply", &[huge.as_bytes(), &[0; 60]].concat(), place, "ends before");
+    refuse("h.ply", &[huge.as_bytes(), &[0; 60]].concat(), place, "4000000000 items");
     refuse("a.stl", &[0; 84], None, "no faces");
-    refuse("b.stl", &[9; 100], Some(Place::Byte(100)), "ends before");
+    refuse("b.stl", &[7; 100], Some(Place::Byte(80)), "117901063 triangles are announced");
     refuse("c.stl", b"solid\nfacet\nvertex 0 0\n", line(3), "three coordinates");
     refuse("d.stl", b"solid\nfacet normal 0 0 0\nvertex 0 0 0\n", line(3), "endsolid");
     refuse("e.stl", b"solid\nfacet\nvertex 0 0 0\nendfacet\n", line(4), "three vertices");
@@ -408,7 +409,7 @@ fn faults_name_place_cause_and_cure() {
         "VTU files are not read",
     );
     refuse("a.txt", b"hello", None, "not a mesh");
-    refuse("empty", b"", None, "not a mesh");
+    refuse("empty", b"", None, "is empty");
 }
 
 #[test]

@@ -8,11 +8,10 @@ use crate::field::scattered::file::types;
 use crate::field::{self, mesh_distance};
 use crate::geom::Aabb;
 use crate::lang::{Diagnostic, Loaded, Loader, MakeShape, Refusal, Span, Translation};
-use crate::mesh::io;
+use crate::mesh::io::{self, open::open};
 use crate::num::Progress;
 use crate::vocabulary;
 use std::collections::HashMap;
-use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 use std::sync::Arc;
@@ -21,9 +20,10 @@ use std::sync::Arc;
 const LONGEST_TEXT: u64 = 16 << 20;
 
 /// What is to be said about a mesh file that was read.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize)]
 pub struct MeshNote {
     /// The file, as the program names it.
+    #[serde(rename = "file")]
     pub path: String,
     /// What reading it met: polygons, welded vertices, faces dropped.
     pub reading: io::ReadReport,
@@ -163,13 +163,18 @@ impl Loader for Files {
     fn text(&mut self, path: &str) -> Result<String, Refusal> {
         self.admit(path)?;
         let refuse = |cause: std::io::Error| Refusal { cause: cause.to_string() };
-        let mut text = String::new();
-        let file = File::open(path).map_err(refuse)?;
-        file.take(LONGEST_TEXT + 1).read_to_string(&mut text).map_err(refuse)?;
-        if text.len() as u64 > LONGEST_TEXT {
+        let mut bytes = Vec::new();
+        let file = open(Path::new(path)).map_err(refuse)?;
+        file.take(LONGEST_TEXT + 1).read_to_end(&mut bytes).map_err(refuse)?;
+        if bytes.len() as u64 > LONGEST_TEXT {
             return Err(Refusal { cause: format!("it is longer than {LONGEST_TEXT} bytes") });
         }
-        Ok(text)
+        String::from_utf8(bytes).map_err(|error| {
+            let offset = error.utf8_error().valid_up_to();
+            let line = error.as_bytes()[..offset].iter().filter(|byte| **byte == b'\n').count() + 1;
+            let cure = "save it as UTF-8";
+            Refusal { cause: format!("line {line}, byte {offset}: it is no UTF-8 text; {cure}") }
+        })
     }
 
     fn is_mesh(&self, word: &str) -> bool {

@@ -14,6 +14,8 @@ use glam::{DVec2, DVec3};
 /// takes much longer to clip than to read: some 10 microseconds a corner. Enough for most polygons of
 /// ten thousand corners.
 const TESTS_A_CORNER: usize = 1 << 12;
+/// Corners that such tests are granted for at most, so that one polygon takes no second.
+const GRANTED: usize = 1 << 16;
 
 /// Divides polygons into triangles; scratch memory to be used again for the next.
 #[derive(Debug, Default)]
@@ -99,12 +101,13 @@ impl Triangulator {
                 self.reflex.push(corner);
             }
         }
-        let mut tests = TESTS_A_CORNER * count;
+        let mut tests = TESTS_A_CORNER * count.min(GRANTED);
         let mut corner = 0;
         let mut left = count;
         // Corners looked at since the last cut.
         let mut refused = 0;
         while left > 2 {
+            tests = tests.checked_sub(1)?;
             let (before, after) = (self.previous[corner], self.next[corner]);
             // A polygon without an ear is not simple, or what is left of it is a line: any cut.
             if refused >= left || self.is_ear(corner, &mut tests)? {

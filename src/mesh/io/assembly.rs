@@ -29,6 +29,9 @@ fn serialize_format<S: serde::Serializer>(format: &Format, to: S) -> Result<S::O
     to.serialize_str(format.name())
 }
 
+/// Names kept of what is ignored: a header can have any number.
+const MOST_IGNORED: usize = 30;
+
 /// A mesh in the making.
 pub(super) struct Assembly<'a> {
     pub(super) mesh: Mesh,
@@ -120,8 +123,10 @@ impl<'a> Assembly<'a> {
 
     /// Notes something that is not part of a mesh, once.
     pub(super) fn ignore(&mut self, what: &str) {
-        if !self.report.ignored.iter().any(|known| known == what) {
-            self.report.ignored.push(what.to_owned());
+        let ignored = &mut self.report.ignored;
+        if ignored.len() <= MOST_IGNORED && !ignored.iter().any(|known| known == what) {
+            let is_last = ignored.len() == MOST_IGNORED;
+            ignored.push(if is_last { "and more".to_owned() } else { what.to_owned() });
         }
     }
 

@@ -2,6 +2,7 @@
 
 use super::{Format, Refused};
 use crate::num::Cancelled;
+use crate::num::memory::Shortage;
 use std::fmt;
 use std::io;
 
@@ -41,6 +42,13 @@ impl ReadError {
 pub enum Place {
     /// A line of text, the first being 1.
     Line(u64),
+    /// A word in a line of text.
+    Word {
+        /// The line, the first being 1.
+        line: u64,
+        /// Where the word begins, in letters, the first being 1.
+        column: u64,
+    },
     /// An offset in bytes from the start of a binary file.
     Byte(u64),
 }
@@ -49,6 +57,7 @@ impl fmt::Display for Place {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Line(number) => write!(f, "line {number}"),
+            Self::Word { line, column } => write!(f, "line {line}, column {column}"),
             Self::Byte(offset) => write!(f, "byte {offset}"),
         }
     }
@@ -69,6 +78,23 @@ pub enum Fault {
     /// The content is not what the extension says, nor another known format.
     #[error("is not {} inside", .0.name())]
     Not(Format),
+    /// There is nothing in it.
+    #[error("the file is empty")]
+    Empty,
+    /// The text takes two or four bytes a letter.
+    #[error("is text in UTF-16 or UTF-32")]
+    Wide,
+    /// More items are announced than the rest of the file can hold.
+    #[error("{count} {what} are announced, more than the rest of the file can hold")]
+    Overstated {
+        /// How many the file says there are.
+        count: u64,
+        /// What they are.
+        what: String,
+    },
+    /// The file does not fit into memory.
+    #[error(transparent)]
+    Memory(#[from] Shortage),
     /// Something else stands where the format wants something.
     #[error("expected {expected}, found `{found}`")]
     Syntax {
@@ -122,9 +148,12 @@ impl Fault {
             Self::Syntax { .. } | Self::IndexOutOfRange { .. } | Self::NotFinite => {
                 Some("export it again, or repair it there")
             }
-            Self::Truncated { .. } => Some("copy or export it again, in full"),
+            Self::Truncated { .. } | Self::Empty | Self::Overstated { .. } => {
+                Some("copy or export it again, in full")
+            }
+            Self::Wide => Some("save it as UTF-8 or ASCII"),
             Self::NoFaces { .. } => Some("give a surface mesh"),
-            Self::TooLarge { .. } => Some("simplify the mesh"),
+            Self::TooLarge { .. } | Self::Memory(_) => Some("simplify the mesh"),
         }
     }
 

@@ -29,6 +29,7 @@ pub mod format;
 pub mod input;
 mod obj;
 mod off;
+pub mod open;
 pub mod output;
 pub mod ply;
 mod stl;

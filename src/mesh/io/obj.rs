@@ -110,7 +110,13 @@ fn flaw(error: LoadError, records: &Records<'_, '_>, bytes: &[u8], vertices: u64
         | LoadError::InvalidLoadOptionConfig
         | LoadError::GenericFailure => "a vertex or a face",
     };
-    syntax(expected, Some(records.lines.line())).at_line(records.lines.first)
+    let (line, lines) = (records.lines.line(), &records.lines.lines);
+    let fault = syntax(expected, Some(line));
+    if records.lines.is_joined {
+        return fault.at_line(records.lines.first);
+    }
+    let bad = words(line).skip(1).find(|word| text::number(position(word)).is_none());
+    lines.flaw_at(bad, fault)
 }
 
 /// The first face with a vertex that does not exist.

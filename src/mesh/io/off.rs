@@ -42,7 +42,9 @@ pub(super) fn read(bytes: &[u8], progress: &Progress) -> Result<(Mesh, ReadRepor
     // A vertex takes six bytes, a face two, but the last of them may do without a line end.
     let least = vertices.saturating_mul(6).saturating_add(faces.saturating_mul(2));
     if least > lines.rest().len() as u64 + 1 {
-        return Err(Fault::Truncated { before: "its last vertex or face" }.at_line(lines.number));
+        let count = vertices.saturating_add(faces);
+        let fault = Fault::Overstated { count, what: "vertices and faces".to_owned() };
+        return Err(fault.at_line(lines.number));
     }
     for _ in 0..vertices {
         let line = content(&mut lines, "its last vertex")?;
@@ -50,7 +52,8 @@ pub(super) fn read(bytes: &[u8], progress: &Progress) -> Result<(Mesh, ReadRepor
         let (Some(Some(x)), Some(Some(y)), Some(Some(z))) =
             (coordinates.next(), coordinates.next(), coordinates.next())
         else {
-            return Err(syntax("three coordinates", Some(line)).at_line(lines.number));
+            let bad = words(line).find(|word| number(word).is_none());
+            return Err(lines.flaw_at(bad, syntax("three coordinates", Some(line))));
         };
         assembly.vertex([x, y, z]).map_err(|fault| fault.at_line(lines.number))?;
         assembly.reach(lines.offset)?;
@@ -64,7 +67,8 @@ pub(super) fn read(bytes: &[u8], progress: &Progress) -> Result<(Mesh, ReadRepor
         corners.extend(numbers.by_ref().map_while(|index| index).take(count.unwrap_or(0)));
         if count != Some(corners.len()) {
             let fault = syntax("a number of corners and as many vertices", Some(line));
-            return Err(fault.at_line(lines.number));
+            let bad = words(line).find(|word| integer(word).is_none());
+            return Err(lines.flaw_at(bad, fault));
         }
         if numbers.next().is_some() {
             assembly.ignore("colours of faces");

@@ -41,7 +41,7 @@ pub(super) fn read(bytes: &[u8], progress: &Progress) -> Result<(Mesh, ReadRepor
         assembly.triangle(triangle);
         Ok(())
     };
-    if is_binary(bytes) || !is_text(bytes) {
+    if is_binary(bytes, Some(bytes.len() as u64)) || !is_text(bytes) {
         read_binary(bytes, &mut assembly, &mut add)?;
     } else {
         read_text(bytes, &mut assembly, &mut add)?;
@@ -49,10 +49,23 @@ pub(super) fn read(bytes: &[u8], progress: &Progress) -> Result<(Mesh, ReadRepor
     Ok(assembly.finish()?)
 }
 
-/// Whether the content has the size that a binary file with its count of triangles has.
-pub(super) fn is_binary(bytes: &[u8]) -> bool {
-    let size = |count: u32| HEADER as u64 + RECORD as u64 * u64::from(count);
-    announced(bytes).is_some_and(|count| bytes.len() as u64 == size(count))
+/// Whether the content that begins with `bytes` has the `length` that a binary file with its count
+/// of triangles has; where it is not known, whether it may have.
+pub(super) fn is_binary(bytes: &[u8], length: Option<u64>) -> bool {
+    size(bytes).is_some_and(|size| match length {
+        Some(length) => length == size,
+        None => bytes.len() as u64 <= size && !is_text(bytes),
+    })
+}
+
+/// The size that a binary file with this count of triangles has.
+fn size(bytes: &[u8]) -> Option<u64> {
+    announced(bytes).map(|count| HEADER as u64 + RECORD as u64 * u64::from(count))
+}
+
+/// Where a file ends that is binary: what follows is no part of it. None for text.
+pub(super) fn end(bytes: &[u8]) -> Option<u64> {
+    if is_text(bytes) { None } else { size(bytes) }
 }
 
 /// Whether the content begins as a text file does.
@@ -76,9 +89,10 @@ fn read_binary(
     let count = announced(bytes).ok_or(Fault::Not(Format::Stl))?;
     let records = bytes[HEADER..].as_chunks::<RECORD>().0;
     if records.len() < count as usize {
-        return Err(Fault::Truncated { before: "its last triangle" }.at_byte(bytes.len()));
+        let fault = Fault::Overstated { count: u64::from(count), what: "triangles".to_owned() };
+        return Err(fault.at_byte(HEADER - 4));
     }
-    if !is_binary(bytes) {
+    if bytes.len() > HEADER + RECORD * count as usize {
         assembly.ignore("data after the last triangle");
     }
     for (record, offset) in records[..count as usize].iter().zip((HEADER..).step_by(RECORD)) {
@@ -115,7 +129,9 @@ fn read_text(
                     coordinates.next(),
                     coordinates.next(),
                 ) else {
-                    return Err(at_line(syntax("vertex and three coordinates", Some(line))));
+                    let bad = words(line).skip(1).find(|word| number(word).is_none());
+                    let fault = syntax("vertex and three coordinates", Some(line));
+                    return Err(lines.flaw_at(bad, fault));
                 };
                 corners.push([x, y, z]);
             }

@@ -1,6 +1,6 @@
 //! Lines, words, numbers and rows of text, shared by the text formats.
 
-use super::error::Fault;
+use super::error::{Fault, Flaw, Place};
 use super::output::{Precision, WriteError, single};
 use rayon::prelude::*;
 use std::io::Write;
@@ -28,6 +28,22 @@ impl<'a> Lines<'a> {
     /// Bytes of the whole text.
     pub(super) const fn size(&self) -> usize {
         self.bytes.len()
+    }
+
+    /// The fault at `word`, which is a piece of the last line given; at the whole line if it is not.
+    pub(super) fn flaw_at(&self, word: Option<&[u8]>, fault: Fault) -> Flaw {
+        let place = word.and_then(|word| self.place(word)).unwrap_or(Place::Line(self.number));
+        Flaw { place: Some(place), fault }
+    }
+
+    /// Where `word` is, if it is a piece of the text.
+    fn place(&self, word: &[u8]) -> Option<Place> {
+        let offset = (word.as_ptr() as usize).checked_sub(self.bytes.as_ptr() as usize)?;
+        let before = self.bytes.get(..offset).filter(|_| offset <= self.offset)?;
+        let is_end = |byte: &u8| *byte == b'\n' || *byte == b'\r';
+        let start = before.iter().rposition(is_end).map_or(0, |end| end + 1);
+        let column = String::from_utf8_lossy(&before[start..]).chars().count() as u64 + 1;
+        Some(Place::Word { line: self.number, column })
     }
 
     /// Whether the last line given ended in `\r` alone.
@@ -185,6 +201,17 @@ mod tests {
         assert_eq!(lines.by_ref().collect::<Vec<_>>(), [&b"a"[..], b"b", b"", b"c d"]);
         assert_eq!((lines.number, lines.rest()), (4, &b""[..]));
         assert_eq!(words(b"  c\td ").collect::<Vec<_>>(), [b"c", b"d"]);
+    }
+
+    #[test]
+    fn words_are_found_in_their_lines() {
+        let mut lines = Lines::new("a\r\n  \u{3c0} b".as_bytes());
+        let line = lines.by_ref().nth(1).unwrap();
+        let word = words(line).nth(1);
+        let place = lines.flaw_at(word, Fault::Empty).place;
+        assert_eq!(place, Some(Place::Word { line: 2, column: 5 }));
+        assert_eq!(lines.flaw_at(None, Fault::Empty).place, Some(Place::Line(2)));
+        assert_eq!(lines.flaw_at(Some(b"b"), Fault::Empty).place, Some(Place::Line(2)));
     }
 
     #[test]

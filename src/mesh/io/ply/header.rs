@@ -90,6 +90,14 @@ pub(super) struct Element {
     pub(super) properties: Vec<Property>,
 }
 
+impl Element {
+    /// The fault that its items can't all be there.
+    pub(super) fn overstated(&self) -> Fault {
+        let name: String = self.name.chars().take(40).collect();
+        Fault::Overstated { count: self.count, what: format!("items of element `{name}`") }
+    }
+}
+
 /// A parsed header.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Header {

@@ -58,7 +58,11 @@ impl Source for Ascii<'_> {
     fn announce(&self, element: &Element) -> Result<(), Flaw> {
         // Every number takes a digit and a separator, but the last may do without.
         let least = element.count.saturating_mul(2 * element.properties.len() as u64);
-        if least > self.lines.rest().len() as u64 + 1 { Err(self.flaw(ITEM)) } else { Ok(()) }
+        if least > self.lines.rest().len() as u64 + 1 {
+            Err(self.flaw(element.overstated()))
+        } else {
+            Ok(())
+        }
     }
 
     fn begin_item(&mut self) -> Result<(), Flaw> {
@@ -72,12 +76,14 @@ impl Source for Ascii<'_> {
 
     fn number(&mut self, _: Scalar) -> Result<f64, Flaw> {
         let word = self.word();
-        word.and_then(text::number).ok_or_else(|| self.flaw(syntax("a number", word)))
+        let fault = || self.lines.flaw_at(word, syntax("a number", word));
+        word.and_then(text::number).ok_or_else(fault)
     }
 
     fn integer(&mut self, _: Scalar) -> Result<i64, Flaw> {
         let word = self.word();
-        word.and_then(text::integer).ok_or_else(|| self.flaw(syntax("an integer", word)))
+        let fault = || self.lines.flaw_at(word, syntax("an integer", word));
+        word.and_then(text::integer).ok_or_else(fault)
     }
 
     fn skip(&mut self, scalar: Scalar, count: usize) -> Result<(), Flaw> {
@@ -91,7 +97,7 @@ impl Source for Ascii<'_> {
     fn end_item(&mut self) -> Result<(), Flaw> {
         match self.word() {
             None => Ok(()),
-            word @ Some(_) => Err(self.flaw(syntax("the end of the line", word))),
+            word @ Some(_) => Err(self.lines.flaw_at(word, syntax("the end of the line", word))),
         }
     }
 
@@ -140,7 +146,11 @@ impl<const BIG: bool> Source for Binary<'_, BIG> {
         let size = |holds: Holds| holds.least_size() as u64;
         let item: u64 = element.properties.iter().map(|property| size(property.holds)).sum();
         let left = (self.bytes.len() - self.offset) as u64;
-        if element.count.saturating_mul(item) > left { Err(self.flaw(ITEM)) } else { Ok(()) }
+        if element.count.saturating_mul(item) > left {
+            Err(self.flaw(element.overstated()))
+        } else {
+            Ok(())
+        }
     }
 
     fn begin_item(&mut self) -> Result<(), Flaw> {

@@ -3,14 +3,16 @@
 use super::super::assembly::Assembly;
 use super::super::error::{Fault, Flaw};
 use super::super::text::syntax;
-use super::model::{IDENTITY, Instance, Model, Transform};
+use super::model::{IDENTITY, Instance, Model, Object, Transform};
 
 /// Components within components, at most.
 const DEPTH: usize = 32;
 
-/// Objects placed, and triangles of them, at most: a small file may ask for any number of copies.
-const MOST_PLACED: usize = 1 << 20;
-const MOST_TRIANGLES: usize = 1 << 29;
+/// Objects placed, and vertices and triangles of them, at most: a small file may ask for any number
+/// of copies. What the model has itself is taken fifty times in any case.
+const MOST_PLACED: usize = 1 << 18;
+const MOST_ITEMS: usize = 1 << 24;
+const MOST_COPIES: usize = 50;
 
 /// Adds everything that `model` wants built to `assembly`, in millimetres.
 pub(super) fn build(model: &Model, assembly: &mut Assembly<'_>) -> Result<(), Flaw> {
@@ -25,7 +27,10 @@ pub(super) fn build(model: &Model, assembly: &mut Assembly<'_>) -> Result<(), Fl
     let scale = [[unit, 0.0, 0.0], [0.0, unit, 0.0], [0.0, 0.0, unit], [0.0; 3]];
     let placed = |item: &Instance| (item.object, product(&item.transform, &scale), 0);
     let mut pending: Vec<(u32, Transform, usize)> = items.iter().rev().map(placed).collect();
-    let (mut count, mut triangles) = (0, 0_usize);
+    let size = |object: &Object| object.vertices.len() + object.triangles.len();
+    let own: usize = model.objects.values().map(size).sum();
+    let most = own.saturating_mul(MOST_COPIES).max(MOST_ITEMS);
+    let (mut count, mut items) = (0, 0_usize);
     while let Some((number, transform, depth)) = pending.pop() {
         let Some(object) = model.objects.get(&number) else {
             let text = number.to_string();
@@ -36,8 +41,8 @@ pub(super) fn build(model: &Model, assembly: &mut Assembly<'_>) -> Result<(), Fl
             continue;
         }
         count += 1;
-        triangles = triangles.saturating_add(object.triangles.len());
-        if count > MOST_PLACED || triangles > MOST_TRIANGLES {
+        items = items.saturating_add(size(object));
+        if count > MOST_PLACED || items > most {
             return Err(Fault::TooLarge { what: "the model asks for too many copies" }.into());
         }
         if depth >= DEPTH {

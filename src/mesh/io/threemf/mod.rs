@@ -33,7 +33,10 @@ use zip::result::ZipError;
 const LONGEST_PART: u64 = 1 << 33;
 
 /// Times by which a part may be larger than the archive: beyond, it is made to exhaust memory.
-const MOST_PACKED: u64 = 2_000;
+/// A flat sheet of equal triangles, printed with blanks, is packed to a twelfth.
+const MOST_PACKED: u64 = 100;
+/// Bytes that are unpacked in any case.
+const LITTLE: u64 = 1 << 24;
 
 /// Whether the content begins like an archive.
 pub(super) fn is_archive(bytes: &[u8]) -> bool {
@@ -44,7 +47,7 @@ pub(super) fn is_archive(bytes: &[u8]) -> bool {
 pub(super) fn read(bytes: &[u8], progress: &Progress) -> Result<(Mesh, ReadReport), Flaw> {
     let mut archive = ZipArchive::new(Cursor::new(bytes)).map_err(fault)?;
     let name = root(&mut archive)?;
-    let limit = LONGEST_PART.min(MOST_PACKED.saturating_mul(bytes.len() as u64));
+    let limit = MOST_PACKED.saturating_mul(bytes.len() as u64).clamp(LITTLE, LONGEST_PART);
     let part = archive.by_name(&name).map_err(fault)?;
     // The size that the archive states may be a lie; what is unpacked is counted.
     let part = BufReader::with_capacity(1 << 16, part.take(limit));
@@ -70,7 +73,11 @@ fn root(archive: &mut ZipArchive<Cursor<&[u8]>>) -> Result<String, Flaw> {
         let name = name.to_ascii_lowercase();
         name.starts_with("3d/") && name.ends_with(".model") && name.matches('/').count() == 1
     });
-    customary.ok_or_else(|| syntax("an archive with a 3D model", None).into())
+    let other = || archive.file_names().flatten().next().map(Cow::into_owned);
+    customary.ok_or_else(|| {
+        let found = other().unwrap_or_else(|| "nothing".to_owned());
+        syntax("an archive with a 3D model", Some(found.as_bytes())).into()
+    })
 }
 
 /// What is wrong with an archive.

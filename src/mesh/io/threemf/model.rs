@@ -11,6 +11,9 @@ use std::io::{self, BufRead, Read};
 /// The longest piece of markup, in bytes: a vertex takes a hundred.
 const LONGEST_TAG: usize = 1 << 20;
 
+/// The most objects of a model, each of which takes some memory however little it holds.
+const MOST_OBJECTS: usize = 1 << 16;
+
 /// A model as it is written.
 #[derive(Debug)]
 pub(super) struct Model {
@@ -49,12 +52,16 @@ pub(super) fn read(
     limit: u64,
     assembly: &mut Assembly<'_>,
 ) -> Result<Model, Flaw> {
-    let mut reader = Reader::from_reader(Rationed { inner: part, taken: 0 });
+    let mut reader = Reader::from_reader(Rationed { inner: part, taken: 0, total: 0 });
     let mut parser = Parser::new(assembly);
     let mut buffer = Vec::new();
     loop {
         let at = reader.buffer_position() as usize;
         let event = reader.read_event_into(&mut buffer);
+        // What ends there is cut off, wherever that is.
+        if reader.get_ref().total >= limit {
+            return Err(Fault::TooLarge { what: "the model is packed too densely" }.into());
+        }
         match event.map_err(|error| xml_fault(&error).at_byte(at))? {
             Event::Start(tag) => parser.open(&tag).map_err(|fault| fault.at_byte(at))?,
             Event::Empty(tag) => {
@@ -74,9 +81,6 @@ pub(super) fn read(
         buffer.clear();
         reader.get_mut().taken = 0;
     }
-    if reader.buffer_position() >= limit {
-        return Err(Fault::TooLarge { what: "the model is packed too densely" }.into());
-    }
     if !parser.is_closed {
         return Err(Fault::Truncated { before: "its model does" }.into());
     }
@@ -88,6 +92,8 @@ struct Rationed<R> {
     inner: R,
     /// Bytes taken since the piece began.
     taken: usize,
+    /// Bytes taken since the model began.
+    total: u64,
 }
 
 impl<R: BufRead> Read for Rationed<R> {
@@ -108,6 +114,7 @@ impl<R: BufRead> BufRead for Rationed<R> {
 
     fn consume(&mut self, count: usize) {
         self.taken += count;
+        self.total += count as u64;
         self.inner.consume(count);
     }
 }
@@ -155,6 +162,9 @@ impl<'a, 'p> Parser<'a, 'p> {
             }
             "model" => self.model.unit = unit(tag)?,
             "object" => {
+                if self.model.objects.len() >= MOST_OBJECTS {
+                    return Err(Fault::TooLarge { what: "the model has too many objects" });
+                }
                 let kind = attribute(tag, "type")?;
                 let is_aside = matches!(kind.as_deref(), Some("support" | "other"));
                 self.object = Some((index(tag, "id")?, Object { is_aside, ..Object::default() }));
