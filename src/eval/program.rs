@@ -39,7 +39,21 @@ pub enum ProgramError {
     /// The compiler can't run here.
     #[error("the compiled engine can't run this; use the interpreter")]
     NoCompiler(#[from] CompileError),
+    /// The expression has too many operations that every box needs.
+    #[error(
+        "the field has {operations} operations, more than the {MOST_OPERATIONS} that are taken where \
+         boxes can't do with a part of them; nest fewer operations that repeat what they act on, \
+         such as `thickness`, motions and maps"
+    )]
+    TooLarge {
+        /// How many it has.
+        operations: usize,
+    },
 }
+
+/// The most nodes of an expression that is not cut down for each box: to arrange, derive and compile
+/// so many takes some ten seconds and a gigabyte.
+const MOST_OPERATIONS: usize = 1 << 18;
 
 /// Expressions of more nodes are huge: a node costs some 150 microseconds to compile.
 const HUGE: usize = 1500;
@@ -60,7 +74,8 @@ impl Program {
     /// The program of the expression `root`.
     ///
     /// # Errors
-    /// [`ProgramError::NoCompiler`] if the compiler is asked for and can't run.
+    /// [`ProgramError::NoCompiler`] if the compiler is asked for and can't run, and
+    /// [`ProgramError::TooLarge`].
     pub fn new(graph: &Graph, root: NodeId, engine: Engine) -> Result<Self, ProgramError> {
         let is_pruned = match engine {
             Engine::Interpreter | Engine::Compiled => false,
@@ -69,6 +84,12 @@ impl Program {
         };
         if is_pruned {
             return Ok(Self(Kind::Pruned(Arc::new(Pruned::new(graph, root)))));
+        }
+        if graph.len() > MOST_OPERATIONS {
+            let operations = depends::reachable(graph, &[root]).len();
+            if operations > MOST_OPERATIONS {
+                return Err(ProgramError::TooLarge { operations });
+            }
         }
         Ok(Self(Kind::Whole(Arc::new(Whole::new(graph, root, engine)?))))
     }

@@ -57,6 +57,10 @@ pub struct Graph {
     numbers: FxHashMap<Node, NodeId>,
     parameters: Vec<(String, f64)>,
     oracles: Vec<Arc<dyn Oracle>>,
+    /// Operations asked for, those that are known already included.
+    asked: u64,
+    /// The most that may be asked for, if that is limited.
+    most: Option<u64>,
 }
 
 impl Graph {
@@ -66,10 +70,32 @@ impl Graph {
         Self::default()
     }
 
+    /// A graph without nodes whose constructors may be asked for `most` operations, so that what a
+    /// short text makes of an expression takes neither time nor memory without end.
+    ///
+    /// Beyond, the answer is not-a-number: whoever limits a graph looks at
+    /// [`is_exhausted`](Self::is_exhausted) before using what was made.
+    #[must_use]
+    pub fn limited(most: u64) -> Self {
+        Self { most: Some(most), ..Self::default() }
+    }
+
+    /// Whether more operations were asked for than allowed.
+    #[must_use]
+    pub fn is_exhausted(&self) -> bool {
+        self.most.is_some_and(|most| self.asked > most)
+    }
+
+    /// The graph without its limit.
+    #[must_use]
+    pub fn without_limit(self) -> Self {
+        Self { most: None, ..self }
+    }
+
     /// A graph without nodes, with room for so many, and with the parameters and oracles of this one.
     #[must_use]
     pub fn emptied(&self, nodes: usize) -> Self {
-        let Self { nodes: _, numbers: _, parameters, oracles } = self;
+        let Self { nodes: _, numbers: _, parameters, oracles, asked: _, most: _ } = self;
         let mut numbers = FxHashMap::default();
         numbers.reserve(nodes);
         Self {
@@ -77,6 +103,8 @@ impl Graph {
             numbers,
             parameters: parameters.clone(),
             oracles: oracles.clone(),
+            asked: 0,
+            most: None,
         }
     }
 
@@ -111,6 +139,11 @@ impl Graph {
     /// # Panics
     /// If an operand is not a node of this graph, or after 2^32 nodes.
     pub fn intern(&mut self, node: Node) -> NodeId {
+        let is_leaf = matches!(node, Node::Coordinate(_) | Node::Constant(_) | Node::Parameter(_));
+        self.asked += u64::from(!is_leaf);
+        if !is_leaf && self.is_exhausted() {
+            return self.constant(f64::NAN);
+        }
         let Self { nodes, numbers, .. } = self;
         *numbers.entry(node).or_insert_with(|| {
             assert!(

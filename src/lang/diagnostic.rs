@@ -26,15 +26,23 @@ pub struct Label {
 
 impl Diagnostic {
     /// The fault `message`, with neither place nor cure.
+    ///
+    /// A message, label or cure that is longer than a screen, because of a word that is, loses its
+    /// middle.
     #[must_use]
     pub fn new(message: impl Into<String>) -> Self {
-        Self { message: message.into(), labels: Vec::new(), cure: None, is_of_a_file: false }
+        Self {
+            message: shortened(message.into()),
+            labels: Vec::new(),
+            cure: None,
+            is_of_a_file: false,
+        }
     }
 
     /// Adds the place `span`, where `text` is.
     #[must_use]
     pub fn at(mut self, span: Span, text: impl Into<String>) -> Self {
-        self.labels.push(Label { span, text: text.into() });
+        self.labels.push(Label { span, text: shortened(text.into()) });
         self
     }
 
@@ -48,9 +56,27 @@ impl Diagnostic {
     /// Sets what to do about it.
     #[must_use]
     pub fn cure(mut self, cure: impl Into<String>) -> Self {
-        self.cure = Some(cure.into());
+        self.cure = Some(shortened(cure.into()));
         self
     }
+}
+
+/// The most bytes of a message.
+const LONGEST: usize = 1000;
+/// Bytes that are left of each end of a longer one.
+const LEFT: usize = 300;
+
+/// `text` without its middle if it is longer than any message should be.
+#[must_use]
+pub fn shortened(text: String) -> String {
+    if text.len() <= LONGEST {
+        return text;
+    }
+    let boundary = |at: &usize| text.is_char_boundary(*at);
+    let end = (0..=LEFT).rev().find(boundary).unwrap_or(0);
+    let start = (text.len() - LEFT..text.len()).find(boundary).unwrap_or(text.len());
+    let omitted = start - end;
+    format!("{}... ({omitted} bytes) ...{}", &text[..end], &text[start..])
 }
 
 impl From<BoundsFault> for Diagnostic {
@@ -94,4 +120,18 @@ fn unbounded(axes: [Option<Span>; 3]) -> Diagnostic {
         }
     }
     fault.cure("add a bounded shape such as `box` or `sphere scale 5`, or give `--bounds`")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn endless_words_lose_their_middle() {
+        let fault = Diagnostic::new(format!("unknown word `{}`", "\u{3c0}".repeat(50_000)));
+        assert!(fault.message.len() < 700, "{}", fault.message.len());
+        assert!(fault.message.starts_with("unknown word `\u{3c0}") && fault.message.ends_with('`'));
+        let plain = "x".repeat(LONGEST);
+        assert_eq!(Diagnostic::new(plain.clone()).message, plain);
+    }
 }

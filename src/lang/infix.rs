@@ -142,6 +142,8 @@ impl<'a> Reader<'a> {
         // Two operands side by side: products are never implied.
         let (next, next_at) = self.peek();
         match next {
+            // What follows so many faults says nothing new.
+            _ if self.faults.len() > FAULT_LIMIT => Err(Diagnostic::new("there are more faults")),
             Lexeme::Number(_) | Lexeme::Name(_) | Lexeme::Points(_) | Lexeme::Sign('(') => {
                 let fault = Diagnostic::new("an operator is missing")
                     .at(next_at, "follows an operand directly");

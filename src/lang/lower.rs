@@ -51,7 +51,15 @@ pub fn run(
     let mut stack: Vec<Solid> = Vec::new();
     let mut faults = Vec::new();
     for item in items {
-        match machine.step(item, &mut stack, vocabulary) {
+        let step = machine.step(item, &mut stack, vocabulary);
+        if machine.graph.is_exhausted() {
+            let fault = Diagnostic::new("the program's expression is too large");
+            let cure = "nest fewer operations that repeat what they act on, such as `thickness`, \
+                        motions and maps";
+            faults.push(fault.at(item.span, "makes it larger than any that is taken").cure(cure));
+            break;
+        }
+        match step {
             Ok(solid) => stack.push(solid.located(item.span)),
             Err(mut found) => {
                 faults.append(&mut found.faults);

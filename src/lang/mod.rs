@@ -26,7 +26,7 @@ pub mod syntax;
 pub mod word;
 pub mod words;
 
-pub use diagnostic::{Diagnostic, Label};
+pub use diagnostic::{Diagnostic, Label, shortened};
 pub use parameters::Demand;
 pub use source::{Place, Source, Sources};
 pub use syntax::{Equation, Item, Leaf, Operation, Value};
@@ -117,6 +117,10 @@ pub fn expand(arguments: &[String], loader: &mut dyn Loader) -> Result<Text, Rej
     }
 }
 
+/// Operations that a program may make of its text, those made again included: some seconds of work
+/// and half a gigabyte. A hundred thousand moved parts make half of it.
+const MOST_OPERATIONS: u64 = 1 << 23;
+
 /// The solid that `text` describes; see [`parse`].
 ///
 /// # Errors
@@ -128,7 +132,7 @@ pub fn program(
     parameters: &[(String, f64)],
 ) -> Result<Program, Rejected> {
     let Text { words, sources } = text;
-    let mut graph = Graph::new();
+    let mut graph = Graph::limited(MOST_OPERATIONS);
     let made = parameters::check(parameters, vocabulary)
         .and_then(|()| stack::read(&words, vocabulary, &*loader, parameters))
         .and_then(|items| {
@@ -137,6 +141,7 @@ pub fn program(
         });
     match made {
         Ok((items, Made { solid, operands, demands })) => {
+            let graph = graph.without_limit();
             Ok(Program { items, graph, solid, operands, demands, sources })
         }
         Err(diagnostics) => Err(Rejected { diagnostics, sources }),

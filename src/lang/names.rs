@@ -82,13 +82,17 @@ pub fn reserved<'a>() -> impl Iterator<Item = &'a str> {
 /// The names most like `name` among `known`, best first: at most three, none if all are too far.
 #[must_use]
 pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Vec<&'a str> {
+    // Nothing that is known is so long.
+    if name.len() > 64 {
+        return Vec::new();
+    }
     let name = normalized(name);
     let letters = name.chars().count();
     // One slip in a short word, two in a longer one; more would suggest the unrelated.
     let allowed = if letters <= 4 { 1 } else { 2 };
     let mut found: Vec<(usize, &str)> = known
         .into_iter()
-        .filter(|other| other.len().abs_diff(name.len()) <= allowed + 1 && name.len() <= 64)
+        .filter(|other| other.len().abs_diff(name.len()) <= allowed + 1)
         .map(|other| (distance(&name, other), other))
         .filter(|(distance, other)| *distance <= allowed && *distance < other.chars().count())
         .collect();

@@ -79,16 +79,14 @@ pub(super) fn listed(
 ) -> Result<Vec<f64>, Vec<Diagnostic>> {
     let scope = Scope { coordinates: Coordinates::Forbidden(what), parameters };
     let mut graph = Graph::new();
-    let present: Vec<f64> = parameters.iter().map(|(_, value)| *value).collect();
-    for (name, value) in parameters {
-        graph.parameter(name, *value);
-    }
+    let value_of = |name: &str| parameters.iter().find(|(known, _)| known == name).map(|p| p.1);
     let number = |equation: &Equation| {
         let node = equation.expression(&mut graph, &mut |graph, leaf| match leaf {
-            Leaf::Parameter(name) => graph.parameter(name, 0.0),
+            Leaf::Parameter(name) => graph.parameter(name, value_of(name).unwrap_or(f64::NAN)),
             // Forbidden by the scope.
             Leaf::Points(_) => graph.constant(f64::NAN),
         });
+        let present: Vec<f64> = graph.parameters().iter().map(|(_, value)| *value).collect();
         let value = Values::new(&graph, &present).of(node).filter(|value| value.is_finite());
         value.ok_or_else(|| {
             let message = format!("{what} must be a finite number");
@@ -151,11 +149,10 @@ fn other_meaning(name: &str, vocabulary: &dyn Vocabulary) -> Option<String> {
     }
 }
 
-/// Whether the equations in `text` mention the name `name`.
-#[must_use]
-pub fn mentions(text: &str, name: &str) -> bool {
-    let is_it = |(lexeme, _): &(Lexeme<'_>, Span)| *lexeme == Lexeme::Name(name);
-    lexemes(text, Span::NOWHERE).is_ok_and(|found| found.iter().any(is_it))
+/// The names that the equations in `text` mention.
+pub fn mentioned(text: &str) -> impl Iterator<Item = &str> {
+    let found = lexemes(text, Span::NOWHERE).unwrap_or_default().into_iter();
+    found.filter_map(|(lexeme, _)| if let Lexeme::Name(name) = lexeme { Some(name) } else { None })
 }
 
 /// The names of parameters that `items` use.

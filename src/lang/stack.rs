@@ -19,6 +19,9 @@ use super::word::{Shape, normalized};
 use super::words::Token;
 use super::{Action, Argument, Diagnostic, Loader, Span, Vocabulary, Word};
 
+/// Faults that are told at once, about; reading ends there.
+const FAULT_LIMIT: usize = 20;
+
 /// The items of a program.
 ///
 /// # Errors
@@ -37,6 +40,9 @@ pub fn read(
         let item = reader.item(word, sound);
         sound = item.is_some();
         items.extend(item);
+        if reader.faults.len() >= FAULT_LIMIT {
+            break;
+        }
     }
     if reader.faults.is_empty() { Ok(items) } else { Err(reader.faults) }
 }

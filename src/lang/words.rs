@@ -17,6 +17,11 @@ const DEPTH_LIMIT: usize = 16;
 /// Bytes of all files together, at most.
 const SIZE_LIMIT: usize = 1 << 26;
 
+/// Faults that are told at once.
+const FAULT_LIMIT: usize = 20;
+/// Words of a program, those of its files included, at most: enough for a hundred thousand parts.
+const WORD_LIMIT: usize = 1 << 20;
+
 /// A word of a program.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Token {
@@ -67,6 +72,14 @@ pub fn expand(
         match included(path, &word, &open, &mut size, sources, loader) {
             Ok(rest) => open.push(Open { name: Some(path.to_owned()), rest }),
             Err(fault) => faults.push(fault),
+        }
+        let pending: usize = open.iter().map(|file| file.rest.len()).sum();
+        if words.len() + pending > WORD_LIMIT {
+            let message = format!("the program has more than {WORD_LIMIT} words");
+            faults.push(Diagnostic::new(message).at(word.span, "with those of this file"));
+        }
+        if faults.len() >= FAULT_LIMIT || words.len() + pending > WORD_LIMIT {
+            break;
         }
     }
     if faults.is_empty() { Ok(words) } else { Err(faults) }
@@ -165,6 +178,11 @@ fn split(text: &str, source: u32) -> Result<Vec<Token>, Diagnostic> {
         };
         if letter != '#' {
             let span = Span { source, start: offset(start), end: offset(end) };
+            if words.len() == WORD_LIMIT {
+                let fault =
+                    Diagnostic::new(format!("the program has more than {WORD_LIMIT} words"));
+                return Err(fault.at(span, "is one too many"));
+            }
             words.push(Token { text: text[start..end].to_owned(), span });
         }
         while letters.next_if(|(at, _)| *at < next).is_some() {}
