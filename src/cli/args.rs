@@ -5,6 +5,7 @@
 
 use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint};
 use clap_complete::Shell;
+use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
 /// Cellular solids from the command line: lattices, foams and filled parts as watertight meshes.
@@ -191,8 +192,8 @@ pub(super) struct WorkArguments {
     pub(super) parameters: Vec<String>,
 
     /// Threads to use [default: all processors]; the result does not depend on it
-    #[arg(long, value_name = "N")]
-    pub(super) threads: Option<std::num::NonZeroUsize>,
+    #[arg(long, value_name = "N", value_parser = threads)]
+    pub(super) threads: Option<NonZeroUsize>,
 
     /// Say nothing but errors: no table, no warnings
     #[arg(short, long)]
@@ -251,8 +252,17 @@ pub(super) struct ServeArguments {
     pub(super) most_cells: Option<u64>,
 
     /// Threads to use [default: all processors]; the results do not depend on it
-    #[arg(long, value_name = "N")]
-    pub(super) threads: Option<std::num::NonZeroUsize>,
+    #[arg(long, value_name = "N", value_parser = threads)]
+    pub(super) threads: Option<NonZeroUsize>,
+}
+
+/// The most threads that may be asked for: more than any machine has processors for one program.
+const MOST_THREADS: usize = 1024;
+
+/// Reads a number of threads.
+fn threads(text: &str) -> Result<NonZeroUsize, String> {
+    let number = text.parse::<NonZeroUsize>().ok().filter(|n| n.get() <= MOST_THREADS);
+    number.ok_or_else(|| format!("give a whole number from 1 to {MOST_THREADS}"))
 }
 
 /// How coordinates are stored in the file.

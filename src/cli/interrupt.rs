@@ -21,12 +21,28 @@ fn unfinished() -> MutexGuard<'static, Option<PathBuf>> {
 /// process as the system does.
 #[allow(clippy::exit, reason = "a signal handler has no caller to return to")]
 pub(super) fn install() {
+    fail_without_memory();
     let _ = ctrlc::set_handler(|| {
         if let Some(path) = unfinished().take() {
             let _ = std::fs::remove_file(path);
         }
         process::exit(INTERRUPTED);
     });
+}
+
+/// Makes the process end with code 1 where memory that it needs is refused.
+///
+/// The standard library then says how much was asked for and raises the abort signal, which would
+/// look like a crash. Large needs are refused before ([`crate::num::memory`]); this is for the
+/// small ones that follow. An unfinished output is left, and removed by a later run as after a kill.
+fn fail_without_memory() {
+    #[cfg(unix)]
+    {
+        let always = std::sync::Arc::new(std::sync::atomic::AtomicBool::new(true));
+        let abort = signal_hook::consts::SIGABRT;
+        // Where the system refuses the handler the exit code is its own.
+        let _ = signal_hook::flag::register_conditional_shutdown(abort, 1, always);
+    }
 }
 
 /// Runs `create`, which makes a file and tells its path, with interruption held back until the

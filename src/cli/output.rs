@@ -7,7 +7,7 @@
 
 use super::interrupt;
 use crate::mesh::io::WriteError;
-use std::fs::{self, File};
+use std::fs::{self, File, TryLockError};
 use std::io::{self, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 use tempfile::TempPath;
@@ -119,7 +119,7 @@ fn beside(target: &Path, permissions: Option<fs::Permissions>) -> io::Result<(Fi
     };
     let name =
         target.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
-    let prefix = format!(".{name}.");
+    let prefix = format!(".{}.", shortened(&name));
     remove_leftovers(folder, &prefix);
     let mut builder = tempfile::Builder::new();
     builder.prefix(&prefix).suffix(UNFINISHED);
@@ -130,15 +130,53 @@ fn beside(target: &Path, permissions: Option<fs::Permissions>) -> io::Result<(Fi
         builder.permissions(fs::Permissions::from_mode(0o666));
     }
     interrupt::guard(|| {
-        let (file, path) = builder.tempfile_in(folder)?.into_parts();
+        let (file, path) = locked(|| Ok(builder.tempfile_in(folder)?.into_parts()))?;
         let name = path.to_path_buf();
-        // A file system without locks only loses the recognition of leftovers.
-        let _ = file.try_lock();
         if let Some(permissions) = permissions {
             fs::set_permissions(&path, permissions)?;
         }
         Ok(((file, path), name))
     })
+}
+
+/// A file from `make` that is locked and in its place.
+///
+/// Between its making and its locking another run may have taken it for a leftover. That run then
+/// holds the lock, or the file is gone, and another one is made. Once it is locked nobody takes it.
+fn locked(mut make: impl FnMut() -> io::Result<(File, TempPath)>) -> io::Result<(File, TempPath)> {
+    /// More runs than will ever begin at one moment.
+    const MOST_ATTEMPTS: usize = 64;
+    for _ in 0..MOST_ATTEMPTS {
+        let (file, path) = make()?;
+        // A file system without locks only loses the recognition of leftovers.
+        let is_ours = !matches!(file.try_lock(), Err(TryLockError::WouldBlock));
+        if is_ours && is_at(&file, &path) {
+            return Ok((file, path));
+        }
+    }
+    Err(io::Error::other("other runs take every temporary file away"))
+}
+
+/// Whether `path` names `file`.
+#[cfg(unix)]
+fn is_at(file: &File, path: &Path) -> bool {
+    use std::os::unix::fs::MetadataExt;
+    let number = |data: io::Result<fs::Metadata>| data.ok().map(|data| (data.dev(), data.ino()));
+    number(file.metadata()) == number(fs::metadata(path))
+}
+
+/// Whether `path` names `file`.
+#[cfg(not(unix))]
+fn is_at(_: &File, path: &Path) -> bool {
+    path.exists()
+}
+
+/// The beginning of `name`, short enough for what a temporary file adds to it.
+fn shortened(name: &str) -> &str {
+    /// File systems take names of 255 bytes; two dots, the ending and six letters are added.
+    const LONGEST: usize = 255 - 2 - UNFINISHED.len() - 6;
+    let end = (0..=LONGEST.min(name.len())).rev().find(|&at| name.is_char_boundary(at));
+    &name[..end.unwrap_or(0)]
 }
 
 /// Removes unfinished files of the same output whose writer is gone.
@@ -227,6 +265,19 @@ mod tests {
         assert_eq!(names(folder.path()), ["out.ply"]);
     }
 
+    #[test]
+    fn a_name_may_be_as_long_as_the_file_system_takes() {
+        let folder = tempfile::tempdir().unwrap();
+        for name in ["n".repeat(251), "\u{3c0}".repeat(125)] {
+            let target = folder.path().join(format!("{name}.ply"));
+            let output = Output::open(&target).unwrap();
+            output.file().write_all(b"whole").unwrap();
+            output.finish().unwrap();
+            assert_eq!(fs::read(&target).unwrap(), b"whole");
+        }
+        assert_eq!(names(folder.path()).len(), 2);
+    }
+
     #[cfg(unix)]
     #[test]
     fn a_link_stays_and_its_target_changes() {
@@ -249,6 +300,33 @@ mod tests {
         live.lock().unwrap();
         Output::open(&target).unwrap().finish().unwrap();
         assert_eq!(names(folder.path()), [".out.ply.live.alveole-part", "out.ply"]);
+    }
+
+    #[test]
+    fn a_file_that_another_run_took_for_a_leftover_is_made_again() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut thieves = Vec::new();
+        let mut attempts = 0;
+        let (file, path) = locked(|| {
+            let (file, path) = tempfile::NamedTempFile::new_in(folder.path())?.into_parts();
+            attempts += 1;
+            match attempts {
+                // It is locked by the other run, which is about to remove it.
+                1 => {
+                    let thief = File::open(&path)?;
+                    thief.lock()?;
+                    thieves.push(thief);
+                }
+                // It has been removed.
+                2 => fs::remove_file(&path)?,
+                _ => {}
+            }
+            Ok((file, path))
+        })
+        .unwrap();
+        assert_eq!(attempts, 3);
+        assert!(is_at(&file, &path) && File::open(&path).unwrap().try_lock().is_err());
+        assert_eq!(names(folder.path()).len(), 1);
     }
 
     #[test]

@@ -7,7 +7,7 @@ use super::output::OutputError;
 use crate::contour;
 use crate::geom::Axis;
 use crate::job::{self, ConversionNote, MeshNote};
-use crate::lang::{Diagnostic, Place, Rejected, Sources};
+use crate::lang::{self, Diagnostic, Place, Rejected, Sources};
 use crate::measure::slice::RasterError;
 use crate::mesh::io::{ReadError, WriteError};
 use crate::solid::Span;
@@ -18,6 +18,9 @@ use std::process::ExitCode;
 
 /// Longest piece of a line that a message shows, in bytes.
 const SHOWN: usize = 1 << 10;
+
+/// Longest message about arguments that is shown whole, in bytes.
+const LONGEST: usize = 6000;
 
 /// Why a command ended without its result.
 #[derive(Debug, thiserror::Error)]
@@ -36,8 +39,13 @@ pub(super) enum Trouble {
         fault: ValueFault,
     },
     /// A number in the value of an option can't be read.
-    #[error(transparent)]
-    Number(Rejected),
+    #[error("`{option}`: {rejected}")]
+    Number {
+        /// The option.
+        option: &'static str,
+        /// What is wrong with its value.
+        rejected: Rejected,
+    },
     /// Files of options name each other without end.
     #[error("`{file}`: files of options name each other too often; do they name themselves?")]
     Options {
@@ -91,6 +99,9 @@ pub(super) enum Trouble {
     /// A mesh file could not be read.
     #[error(transparent)]
     Read(#[from] ReadError),
+    /// The system refused to start threads.
+    #[error("cannot start threads: {0}; try `--threads 1`")]
+    Threads(rayon::ThreadPoolBuildError),
     /// Requests could not be read.
     #[error("cannot read standard input: {0}")]
     Requests(std::io::Error),
@@ -154,7 +165,7 @@ pub(super) enum ValueFault {
     #[error("takes six numbers, as in `--bounds -1,-1,-1,1,1,1`")]
     BoundsCount,
     /// The bounds are empty or not finite along an axis.
-    #[error("runs from {lo} to {hi} along {axis:?}; give finite corners, the least first")]
+    #[error("runs from {lo:?} to {hi:?} along {axis:?}; give finite corners, the least first")]
     BoundsOrder {
         /// The axis.
         axis: Axis,
@@ -176,8 +187,14 @@ fn hint(near: &[String]) -> String {
 pub(super) fn trouble(name: &str, trouble: &Trouble) -> ExitCode {
     match trouble {
         Trouble::Usage(error) => {
-            // Help and version are asked for and go to standard output, with code 0.
-            let _ = error.print();
+            let text = error.render().to_string();
+            if error.use_stderr() && text.len() > LONGEST {
+                // An argument without end would be repeated.
+                say(&lang::shortened(text));
+            } else {
+                // Help and version are asked for and go to standard output, with code 0.
+                let _ = error.print();
+            }
             return ExitCode::from(u8::from(error.use_stderr()) * 2);
         }
         Trouble::Job(job::Error::Program(rejected)) => {
@@ -190,9 +207,10 @@ pub(super) fn trouble(name: &str, trouble: &Trouble) -> ExitCode {
                 );
             }
         }
-        Trouble::Number(rejected) => {
+        Trouble::Number { option, rejected } => {
             for diagnostic in &rejected.diagnostics {
-                explain(name, &diagnostic.message, diagnostic, &rejected.sources);
+                let title = format!("{} (in the value of `{option}`)", diagnostic.message);
+                explain(name, &title, diagnostic, &rejected.sources);
             }
         }
         Trouble::Job(
@@ -212,7 +230,10 @@ pub(super) fn trouble(name: &str, trouble: &Trouble) -> ExitCode {
         | Trouble::Output(_)
         | Trouble::Write(_)
         | Trouble::Read(_)
-        | Trouble::Requests(_) => say(&format!("{name}: {trouble}")),
+        | Trouble::Threads(_)
+        | Trouble::Requests(_) => {
+            say(&format!("{name}: {}", lang::shortened(trouble.to_string())));
+        }
         Trouble::Defects => {}
     }
     ExitCode::from(code(trouble))
@@ -223,7 +244,7 @@ fn code(trouble: &Trouble) -> u8 {
     match trouble {
         Trouble::Usage(_)
         | Trouble::Value { .. }
-        | Trouble::Number(_)
+        | Trouble::Number { .. }
         | Trouble::Options { .. }
         | Trouble::Format { .. }
         | Trouble::Picture { .. }
@@ -245,6 +266,7 @@ fn code(trouble: &Trouble) -> u8 {
         Trouble::Output(_)
         | Trouble::Write(_)
         | Trouble::Read(_)
+        | Trouble::Threads(_)
         | Trouble::Requests(_)
         | Trouble::Defects => 1,
     }

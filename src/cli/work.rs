@@ -6,8 +6,11 @@ use crate::geom::{Aabb, Axis};
 use crate::job::{Job, Settings, Spacing};
 use crate::lang;
 use crate::measure::Overhang;
+use crate::num::memory;
 use crate::vocabulary::Words;
 use glam::DVec3;
+use rayon::ThreadPoolBuilder;
+use std::collections::HashSet;
 use std::num::NonZeroUsize;
 
 /// A job and how to do it.
@@ -20,8 +23,9 @@ pub(super) struct Work {
 pub(super) fn prepare(name: &str, arguments: &WorkArguments) -> Result<Work, Trouble> {
     let WorkArguments { spacing, bounds, parameters, threads, quiet, stats: _, program } =
         arguments;
-    use_threads(*threads);
-    let defined = lang::parameters::define(parameters, &Words).map_err(Trouble::Number)?;
+    use_threads(*threads)?;
+    let defined = lang::parameters::define(parameters, &Words)
+        .map_err(|rejected| Trouble::Number { option: "--param", rejected })?;
     let read = |text| read_spacing(text, &defined);
     let chosen = spacing.as_deref().map_or(Ok(Spacing::Hundredth), read)?;
     let read = |text| read_bounds(text, &defined);
@@ -32,11 +36,10 @@ pub(super) fn prepare(name: &str, arguments: &WorkArguments) -> Result<Work, Tro
         for note in job.meshes() {
             report::mesh_note(name, note);
         }
-        for unused in job.unused_parameters() {
-            let mut others = parameters.iter().chain(spacing).chain(bounds);
-            if !others.any(|text| is_used_in(text, unused)) {
-                report::say(&format!("{name}: warning: the parameter `{unused}` is not used"));
-            }
+        let options = parameters.iter().chain(spacing).chain(bounds);
+        let used: HashSet<&str> = options.flat_map(|text| used_in(text)).collect();
+        for unused in job.unused_parameters().iter().filter(|name| !used.contains(name.as_str())) {
+            report::say(&format!("{name}: warning: the parameter `{unused}` is not used"));
         }
     }
     let settings = Settings { spacing: chosen, bounds: box_to_contour, ..Settings::default() };
@@ -74,18 +77,32 @@ pub(super) fn read_overhang(
     Ok(overhang)
 }
 
-/// Uses so many threads from now on; all processors by default.
-pub(super) fn use_threads(threads: Option<NonZeroUsize>) {
-    if let Some(threads) = threads {
-        // Fails only where a pool exists already; then its threads serve.
-        let _ = rayon::ThreadPoolBuilder::new().num_threads(threads.get()).build_global();
+/// Uses so many threads from now on; all processors by default, but no more than the memory of a
+/// limited process has room for. The result does not depend on it.
+///
+/// # Errors
+/// [`Trouble::Threads`].
+pub(super) fn use_threads(threads: Option<NonZeroUsize>) -> Result<(), Trouble> {
+    /// Addresses that a thread takes: its stack, and what the allocator sets aside for it.
+    const ADDRESSES: u64 = 72 << 20;
+    let mut builder = ThreadPoolBuilder::new().num_threads(threads.map_or(0, NonZeroUsize::get));
+    if memory::is_limited()
+        && let Some(available) = memory::available()
+    {
+        let wanted = threads.or_else(|| std::thread::available_parallelism().ok());
+        let room = (available / ADDRESSES) as usize;
+        builder = builder.num_threads(wanted.map_or(1, NonZeroUsize::get).min(room.max(1)));
+        if room < 2 {
+            builder = builder.use_current_thread();
+        }
     }
+    builder.build_global().map_err(Trouble::Threads)
 }
 
-/// Whether the value of an option uses the parameter `name`; in a definition, right of its `=`.
-fn is_used_in(text: &str, name: &str) -> bool {
+/// The names that the value of an option uses; in a definition, right of its `=`.
+fn used_in(text: &str) -> impl Iterator<Item = &str> {
     let value = text.split_once('=').map_or(text, |(_, value)| value);
-    lang::parameters::mentions(value, name)
+    lang::parameters::mentioned(value)
 }
 
 fn read_spacing(text: &str, parameters: &[(String, f64)]) -> Result<Spacing, Trouble> {
@@ -134,7 +151,8 @@ pub(super) fn read_numbers(
     text: &str,
     parameters: &[(String, f64)],
 ) -> Result<Vec<f64>, Trouble> {
-    lang::numbers(text, &format!("the value of `{option}`"), parameters).map_err(Trouble::Number)
+    lang::numbers(text, &format!("the value of `{option}`"), parameters)
+        .map_err(|rejected| Trouble::Number { option, rejected })
 }
 
 pub(super) fn wrong(option: &'static str, text: &str, fault: ValueFault) -> Trouble {

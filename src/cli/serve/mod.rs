@@ -33,7 +33,7 @@ const LONGEST_LINE: usize = 4 << 20;
 
 /// Answers requests until the input ends.
 pub(super) fn run(arguments: &ServeArguments) -> Result<(), Trouble> {
-    super::work::use_threads(arguments.threads);
+    super::work::use_threads(arguments.threads)?;
     let most_cells = arguments.most_cells;
     let mut server = Server::new(Limits { access: Access::Regular, most_cells });
     let (mut input, mut output) = (stdin().lock(), stdout().lock());

@@ -200,6 +200,7 @@ impl From<job::Error> for ErrorReply {
             job::Error::Grid(_) => Self::plain("grid", message),
             job::Error::Compile(_) => Self::plain("field", message),
             job::Error::Contour(contour::Error::Sink(_)) => Self::plain("output", message),
+            job::Error::Contour(contour::Error::Memory(_)) => Self::plain("grid", message),
             job::Error::Contour(_) => Self::plain("field", message),
             job::Error::Empty { .. } => Self::plain("empty", message),
         }
@@ -222,13 +223,14 @@ impl From<Trouble> for ErrorReply {
             }
             Trouble::Usage(_)
             | Trouble::Value { .. }
-            | Trouble::Number(_)
+            | Trouble::Number { .. }
             | Trouble::Options { .. }
             | Trouble::Picture { .. }
             | Trouble::Names { .. }
             | Trouble::Raster(_)
             | Trouble::Word { .. }
             | Trouble::Read(_)
+            | Trouble::Threads(_)
             | Trouble::Requests(_)
             | Trouble::Defects => Self::plain("request", trouble.to_string()),
         }
