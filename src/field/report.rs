@@ -1,10 +1,12 @@
 //! What was made of a mesh, for people to read.
 
 use super::surface::Repairs;
+use serde::Serialize;
 use std::fmt;
 
 /// How the inside is told from the outside.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum SignMethod {
     /// By the normal at the closest point: exact for clean meshes.
     Pseudonormals,
@@ -13,7 +15,8 @@ pub enum SignMethod {
 }
 
 /// Why the method was chosen.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(tag = "is", rename_all = "snake_case")]
 pub enum Reason {
     /// The surface is closed and oriented, and both methods agree.
     Clean {
@@ -45,7 +48,7 @@ pub enum Reason {
 }
 
 /// What was made of a mesh.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Report {
     /// How the inside is told from the outside.
     pub method: SignMethod,

@@ -51,7 +51,7 @@ pub enum Unusable {
 }
 
 /// What was mended.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct Repairs {
     /// Faces left out because two of their corners are one position.
     pub degenerate_faces: usize,

@@ -376,6 +376,7 @@ impl Field<'_> {
             return Err(Error::Empty { cells: self.grid.cells() });
         }
         let parsing: Duration = self.job.parsing;
-        Ok((found, Report::new(self.grid, contour, parsing, compiling, binding)))
+        let report = Report::new(self.grid, contour, parsing, compiling, binding);
+        Ok((found, Report { meshes: self.job.meshes().to_vec(), ..report }))
     }
 }

@@ -399,7 +399,7 @@ impl Job {
         let positions = sample.into_positions();
         let mut graph = self.graph.clone();
         let spacing = longest_edge(grid);
-        report.walls = (self.solid.walls.iter())
+        report.walls = (self.solid.walls.iter().take(MOST_WALLS))
             .filter_map(|wall| {
                 let (level, half) = (wall.field, wall.half_thickness);
                 walls::walls(&mut graph, level, half, &values, &positions, spacing)
@@ -410,9 +410,9 @@ impl Job {
 
     /// The field of the solid on `grid`.
     fn field_on<'a>(&'a self, grid: &'a Grid, values: Vec<f64>) -> FieldOn<'a> {
-        let Self { graph, solid, program, parsing, .. } = self;
-        let field = solid.field;
-        FieldOn { graph, field, program, values, grid, parsing: *parsing }
+        let Self { graph, solid, program, notes, parsing, .. } = self;
+        let (field, meshes) = (solid.field, notes.meshes.as_slice());
+        FieldOn { graph, field, program, values, grid, meshes, parsing: *parsing }
     }
 
     /// The present values of the parameters, by slot; NaN for unknown levels.
@@ -421,6 +421,10 @@ impl Job {
     }
 }
 
+/// Walls whose thickness is looked at, at most: each takes as long as its field is large, and those
+/// of shells within shells are as large as all before them.
+const MOST_WALLS: usize = 16;
+
 /// A field with what it takes to contour it.
 struct FieldOn<'a> {
     graph: &'a Graph,
@@ -428,6 +432,7 @@ struct FieldOn<'a> {
     program: &'a Kept,
     values: Vec<f64>,
     grid: &'a Grid,
+    meshes: &'a [MeshNote],
     parsing: Duration,
 }
 
@@ -470,7 +475,8 @@ impl FieldOn<'_> {
         let binding = start.elapsed() - compiling;
         let chosen = contour::Settings { pruning: settings.pruning, memory: settings.memory };
         let (found, contour) = work(&bound, &chosen)?;
-        Ok((found, Report::new(self.grid, contour, self.parsing, compiling, binding)))
+        let report = Report::new(self.grid, contour, self.parsing, compiling, binding);
+        Ok((found, Report { meshes: self.meshes.to_vec(), ..report }))
     }
 }
 

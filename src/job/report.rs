@@ -1,6 +1,6 @@
 //! What a contouring did: counts, timings, warnings.
 
-use super::Density;
+use super::{Density, MeshNote};
 use crate::contour::{self, Grid};
 use crate::geom::Axis;
 use crate::measure::walls::Walls;
@@ -22,10 +22,12 @@ pub struct Report {
     pub compile_seconds: f64,
     /// Seconds spent on the axis tables.
     pub bind_seconds: f64,
-    /// Thickness of the thinnest walls that shells made, if there are any.
+    /// Thickness of the thinnest walls that shells made, the first sixteen of them, if there are any.
     pub walls: Option<Walls>,
     /// The densities that levels were solved for.
     pub densities: Vec<Density>,
+    /// The mesh files of the program: what they contained, what was mended and what was assumed.
+    pub meshes: Vec<MeshNote>,
 }
 
 impl Report {
@@ -48,6 +50,7 @@ impl Report {
             bind_seconds: bind.as_secs_f64(),
             walls: None,
             densities: Vec::new(),
+            meshes: Vec::new(),
         }
     }
 }
