@@ -1,0 +1,268 @@
+//! Interrupted runs: whatever the moment and the signal, the output is the old one or the new one, whole,
+//! and nothing else stays but what a later run clears away.
+#![cfg(unix)]
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "tests may, and tell what they saw")]
+
+use alveole::num::Random;
+use std::fs::{self, File};
+use std::io::Read;
+use std::os::unix::fs::{FileTypeExt, symlink};
+use std::os::unix::process::ExitStatusExt;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::time::{Duration, Instant};
+
+const CESOGEN: &str = env!("CARGO_BIN_EXE_cesogen");
+const OLD: &[u8] = b"what was there before";
+const SIGNALS: [(&str, i32); 3] = [("INT", 2), ("TERM", 15), ("KILL", 9)];
+
+fn start(folder: &Path, arguments: &[&str]) -> Child {
+    Command::new(CESOGEN)
+        .args(arguments)
+        .current_dir(folder)
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap()
+}
+
+fn send(child: &Child, signal: &str) {
+    // A run that has ended meanwhile takes no signal.
+    let mut kill = Command::new("kill");
+    kill.args(["-s", signal, &child.id().to_string()]).stderr(Stdio::null());
+    let _ = kill.status().unwrap();
+}
+
+/// The names in a folder but for `known`, sorted.
+fn others(folder: &Path, known: &str) -> Vec<PathBuf> {
+    let paths = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    let mut others: Vec<PathBuf> = paths.filter(|path| !path.ends_with(known)).collect();
+    others.sort();
+    others
+}
+
+fn is_unfinished(path: &Path) -> bool {
+    path.file_name().is_some_and(|name| name.to_string_lossy().ends_with(".alveole-part"))
+}
+
+/// Waits until the run has begun to write its output.
+fn wait_for_part(folder: &Path, known: &[PathBuf], child: &mut Child) -> PathBuf {
+    loop {
+        let parts = others(folder, "out.ply").into_iter();
+        if let Some(part) = parts.filter(|p| is_unfinished(p)).find(|p| !known.contains(p)) {
+            return part;
+        }
+        assert!(child.try_wait().unwrap().is_none(), "the run ended before it began to write");
+        std::thread::sleep(Duration::from_millis(2));
+    }
+}
+
+/// What became of rounds of interruption.
+#[derive(Debug, Default)]
+struct Tally {
+    finished: usize,
+    interrupted: usize,
+    killed: usize,
+    left: usize,
+}
+
+/// Interrupts as many runs as `rounds` says, at random moments.
+fn interrupt(rounds: u64, name: &str, tally: &mut Tally) {
+    let job = ["-q", "-s", "2/160", "-o", name, "gyroid", "shell", "0.4", "sphere"];
+    let folder = tempfile::tempdir().unwrap();
+    let target = folder.path().join(name);
+    let begin = Instant::now();
+    assert!(start(folder.path(), &job).wait().unwrap().success());
+    let (whole, duration) = (fs::read(&target).unwrap(), begin.elapsed());
+    let random = Random::new(rounds, name.len() as u32 + u32::from(name.as_bytes()[4]));
+    for round in 0..rounds {
+        let [[a, b], [c, _]] = [random.uniform(2 * round), random.uniform(2 * round + 1)];
+        let (signal, number) = SIGNALS[(3.0 * a) as usize];
+        let moment = duration.mul_f64(1.3 * b);
+        let says = format!("round {round} of {name}: {signal} after {moment:?}");
+        let has_old = c < 0.5;
+        if has_old {
+            fs::write(&target, OLD).unwrap();
+        } else {
+            fs::remove_file(&target).unwrap();
+        }
+        let mut child = start(folder.path(), &job);
+        std::thread::sleep(moment);
+        send(&child, signal);
+        let status = child.wait().unwrap();
+        assert!(is_possible(status, number), "{says}: {status:?}");
+        let found = fs::read(&target).ok();
+        let is_new = found.as_ref() == Some(&whole);
+        let is_as_before = found.as_deref() == has_old.then_some(OLD);
+        assert!(is_new || is_as_before, "{says}: {:?} bytes", found.map(|bytes| bytes.len()));
+        assert!(is_new || !status.success(), "{says}: {status:?} without the output");
+        let left = others(folder.path(), name);
+        if number != 9 {
+            assert!(left.is_empty(), "{says} left {left:?}");
+        }
+        for part in &left {
+            assert!(is_unfinished(part), "{says} left {part:?}");
+            let file = File::options().write(true).open(part).unwrap();
+            file.try_lock().unwrap_or_else(|error| panic!("{says}: {part:?} is locked: {error}"));
+        }
+        tally.left += left.len();
+        match status.code() {
+            Some(0) => tally.finished += 1,
+            Some(_) => tally.interrupted += 1,
+            None => tally.killed += 1,
+        }
+        if !left.is_empty() {
+            assert!(
+                start(folder.path(), &["-q", "-s", "1", "-o", name, "box"])
+                    .wait()
+                    .unwrap()
+                    .success()
+            );
+            assert_eq!(others(folder.path(), name), Vec::<PathBuf>::new(), "{says}");
+        }
+        fs::write(&target, OLD).unwrap();
+    }
+}
+
+/// Whether a run may end so that was sent the signal of that number.
+fn is_possible(status: ExitStatus, number: i32) -> bool {
+    match status.code() {
+        Some(0) => true,
+        Some(130) => number != 9,
+        Some(_) => false,
+        // Before the handler is there the signal itself ends the run.
+        None => status.signal() == Some(number),
+    }
+}
+
+#[test]
+fn an_output_is_the_old_one_or_the_new_one_whenever_it_is_interrupted() {
+    let mut tally = Tally::default();
+    for name in ["out.ply", "out.stl"] {
+        interrupt(6, name, &mut tally);
+    }
+    println!("{tally:?}");
+}
+
+#[test]
+#[ignore = "a minute"]
+fn two_hundred_interruptions_leave_the_old_output_or_the_new_one() {
+    let mut tally = Tally::default();
+    for name in ["out.ply", "out.stl", "out.3mf", "out.obj"] {
+        interrupt(50, name, &mut tally);
+    }
+    println!("{tally:?}");
+    // Moments are drawn beyond the end of a run: each outcome must have been seen.
+    let Tally { finished, interrupted, killed, left } = tally;
+    assert!(finished > 0 && interrupted > 0 && killed > 0 && left > 0);
+}
+
+/// A run that takes minutes.
+const LONG: [&str; 7] = ["-q", "-s", "2/3000", "-o", "out.ply", "gyroid", "box"];
+/// A run that takes no time.
+const SHORT: [&str; 6] = ["-q", "-s", "1", "-o", "out.ply", "box"];
+
+#[test]
+fn leftovers_of_a_killed_run_are_removed_and_those_of_a_live_one_are_not() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut live = start(folder.path(), &LONG);
+    let living = wait_for_part(folder.path(), &[], &mut live);
+    let mut dead = start(folder.path(), &LONG);
+    let left = wait_for_part(folder.path(), std::slice::from_ref(&living), &mut dead);
+    send(&dead, "KILL");
+    assert_eq!(dead.wait().unwrap().signal(), Some(9));
+    assert!(left.exists());
+    assert!(start(folder.path(), &SHORT).wait().unwrap().success());
+    assert_eq!(others(folder.path(), "out.ply"), std::slice::from_ref(&living));
+    assert!(File::options().write(true).open(&living).unwrap().try_lock().is_err());
+    let new = fs::read(folder.path().join("out.ply")).unwrap();
+    send(&live, "INT");
+    assert_eq!(live.wait().unwrap().code(), Some(130));
+    assert_eq!(others(folder.path(), "out.ply"), Vec::<PathBuf>::new());
+    assert_eq!(fs::read(folder.path().join("out.ply")).unwrap(), new);
+}
+
+#[test]
+fn runs_into_one_output_at_a_time_leave_a_whole_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let job = |spacing| ["-q", "-s", spacing, "-o", "out.ply", "gyroid", "box"];
+    let spacings = ["0.04", "0.05", "0.06", "0.07"];
+    let wholes: Vec<Vec<u8>> = spacings
+        .iter()
+        .map(|spacing| {
+            assert!(start(folder.path(), &job(spacing)).wait().unwrap().success());
+            fs::read(folder.path().join("out.ply")).unwrap()
+        })
+        .collect();
+    for _ in 0..5 {
+        let runs: Vec<Child> = spacings.iter().map(|s| start(folder.path(), &job(s))).collect();
+        for mut run in runs {
+            assert!(run.wait().unwrap().success());
+        }
+        let found = fs::read(folder.path().join("out.ply")).unwrap();
+        assert!(wholes.contains(&found), "{} bytes", found.len());
+        assert_eq!(others(folder.path(), "out.ply"), Vec::<PathBuf>::new());
+    }
+}
+
+#[test]
+fn what_the_output_is_it_stays() {
+    let folder = tempfile::tempdir().unwrap();
+    let to = |name: &str| {
+        let job = ["-q", "-s", "0.1", "-o", name, "gyroid", "box"];
+        assert!(start(folder.path(), &job).wait().unwrap().success(), "{name}");
+    };
+    to("plain.ply");
+    let whole = fs::read(folder.path().join("plain.ply")).unwrap();
+    to("/dev/null");
+    assert!(fs::metadata("/dev/null").unwrap().file_type().is_char_device());
+
+    let link = folder.path().join("link.ply");
+    symlink("target.ply", &link).unwrap();
+    to("link.ply");
+    assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
+    assert!(fs::read(folder.path().join("target.ply")).unwrap() == whole);
+
+    let pipe = folder.path().join("pipe.ply");
+    assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    let reader = std::thread::spawn({
+        let pipe = pipe.clone();
+        move || fs::read(pipe).unwrap()
+    });
+    to("pipe.ply");
+    assert!(reader.join().unwrap() == whole);
+    assert!(fs::metadata(&pipe).unwrap().file_type().is_fifo());
+
+    let mut printing = Command::new(CESOGEN)
+        .args(["-q", "-s", "0.1", "-o", "-", "gyroid", "box"])
+        .current_dir(folder.path())
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut printed = Vec::new();
+    printing.stdout.take().unwrap().read_to_end(&mut printed).unwrap();
+    assert!(printing.wait().unwrap().success() && printed == whole);
+    assert_eq!(others(folder.path(), "none").len(), 4);
+}
+
+#[test]
+fn an_interruption_behind_a_link_keeps_link_and_target() {
+    let folder = tempfile::tempdir().unwrap();
+    let elsewhere = folder.path().join("elsewhere");
+    fs::create_dir(&elsewhere).unwrap();
+    fs::write(elsewhere.join("real.ply"), OLD).unwrap();
+    let link = folder.path().join("out.ply");
+    symlink("elsewhere/real.ply", &link).unwrap();
+    let mut run = start(folder.path(), &LONG);
+    // It is written beside the target, not beside the link.
+    while others(&elsewhere, "real.ply").is_empty() {
+        assert!(run.try_wait().unwrap().is_none(), "the run ended before it began to write");
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    send(&run, "TERM");
+    assert_eq!(run.wait().unwrap().code(), Some(130));
+    assert_eq!(others(&elsewhere, "real.ply"), Vec::<PathBuf>::new());
+    assert_eq!(fs::read(&link).unwrap(), OLD);
+    assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
+}
