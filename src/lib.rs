@@ -47,7 +47,7 @@
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`num`] | intervals, elementary functions, random numbers, lanes, progress |
+//! | [`num`] | intervals, elementary functions, random numbers, lanes, memory, progress |
 //! | [`geom`] | axes, boxes, bounding-volume trees |
 //! | [`expr`] | operators, the graph, simplification, derivatives, oracles |
 //! | [`solid`] | a field with its bounds; primitives, set operations, offsets, motions |
@@ -63,6 +63,7 @@
 //! | [`job`] | the facade: program text to mesh and measures |
 //! | [`cli`] | the commands |
 //! | [`performance`] | no code: where the time goes and what was tried |
+//! | [`promises`] | no code: what is promised and how it is tested |
 //!
 //! # I want to add …
 //!
@@ -110,6 +111,8 @@ pub mod job;
 pub mod cli;
 
 pub mod performance;
+
+pub mod promises;
 
 /// The example of the README is a test.
 #[cfg(doctest)]

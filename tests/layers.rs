@@ -58,6 +58,7 @@ const LAYERS: &[(&str, &[&str])] = &[
     ),
     // Documentation only.
     ("performance", &[]),
+    ("promises", &[]),
 ];
 
 #[test]

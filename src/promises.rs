@@ -1,0 +1,70 @@
+//! What is promised and how it is tested.
+//!
+//! A page for whoever has to trust this program; there is no code here. Each row has a promise, the tests
+//! that would fail if it were broken, and how much they look at. A test (`tests/policy.rs`) keeps the
+//! table true: every test that it names exists. What runs only when asked for (`cargo test --release --
+//! --ignored`) says so.
+//!
+//! # Meshes
+//!
+//! | promise | tests | size of the evidence |
+//! |---|---|---|
+//! | every mesh is closed, oriented, edge- and vertex-manifold, without triangles of zero area | `src/contour/tests.rs`: `all_cases_close_in_every_position`, `random_signs_close_with_crossings_anywhere`, `random_signs_close_across_bricks` | all 256 sign patterns of a cell in 27 positions; 600 random fields and 12 across bricks |
+//! | the same of programs without sense: NaN, infinities, jumps, shapes that are tiny or missing | `tests/random.rs`: `meshes_are_sound_and_depend_on_neither_engine_nor_pruning_nor_threads` | 400 random programs; 20,000 more when asked for |
+//! | the file does not depend on threads, engine or pruning, to the byte | `tests/determinism.rs`: `meshes_do_not_depend_on_threads_engine_or_pruning`, `files_do_not_depend_on_the_number_of_threads` | a program each of formulas, of many parts and of meshes |
+//! | volume and area converge with second order | `tests/convergence.rs`: `the_sphere_converges_with_second_order`, `the_torus_converges_with_second_order`, `the_gyroid_converges_with_second_order` | closed forms of sphere and torus, the gyroid against its own limit |
+//!
+//! # Bad input
+//!
+//! Each is refused with its exit code (2 where command line or program are wrong, 1 where a file is or the
+//! work fails) and one message with place, cause and cure, within twenty seconds of processor time and two
+//! gigabytes of addresses; nothing is left behind.
+//!
+//! | promise | tests | size of the evidence |
+//! |---|---|---|
+//! | damaged mesh files are refused in words that do not change unnoticed | `tests/bad_input.rs`: `every_damaged_file_is_refused_in_these_words`, `every_message_names_the_file_and_a_cure_in_one_line` | some 130 files: words for numbers, indices and counts out of range, cut short, of another encoding, packed to exhaust memory |
+//! | no bytes make a reader panic | `tests/formats.rs`: `no_bytes_make_a_reader_panic` | 3,000 mutations of 9 files a run; the fuzz target `mesh_read` |
+//! | time and memory are bounded by the size of the file | `tests/bad_input.rs`: `one_line_or_word_of_megabytes_is_taken_in_a_second`, `a_polygon_that_crosses_itself_for_ever_is_refused`, `files_of_gigabytes_without_content_are_refused_by_their_first_bytes` | 8 MiB in one line or word in five formats; a polygon of 400,000 corners; 12 GiB of nothing under ten names |
+//! | pipes and devices do not keep the program waiting or reading | `tests/bad_input.rs`: `a_pipe_that_nobody_writes_to_is_given_up`, `devices_that_never_end_are_refused_by_their_first_bytes`, `a_pipe_with_a_writer_is_read` | under ten names each, and as a file of words |
+//! | folders, missing and forbidden files are refused, to read and to write | `tests/bad_input.rs`: `folders_and_links_to_nothing_are_refused`, `what_may_not_be_read_or_written_is_refused`, `outputs_that_are_no_files_are_refused` | ten names; outputs in every format |
+//! | lattice files are refused with their place | `tests/bad_input.rs`: `damaged_lattices_are_refused_with_1_and_their_place` | some twenty files in three formats; the fuzz target `lattice` |
+//! | program text is refused with its place | `tests/language.rs`: `faults_of_words`, `faults_of_arguments`, `faults_of_equations`, `faults_of_files`, `faults_of_bounds`, `faults_of_parameters` | exact pictures; the fuzz targets `program` and `equation` |
+//! | no text makes the program grow, nest or talk without end | `tests/bad_input.rs`: `programs_that_grow_without_end_are_refused_with_2`, `equations_that_are_none_are_refused_with_2`, `words_without_end_are_told_in_short`, `an_expression_that_takes_too_long_to_arrange_is_refused_with_1` | 100,000 parentheses and motions, two million words, files within files to 4^15 words, words of megabytes |
+//! | a server answers every line and the next | `tests/bad_input.rs`: `whatever_a_line_holds_it_gets_its_reply_and_the_next_is_served` | some thirty lines; the fuzz target `serve` |
+//! | work that does not fit into memory is refused before it is done, with the numbers | `tests/bad_input.rs`: `work_beyond_memory_is_refused_before_it_is_done_with_the_numbers`, `src/octree/subdivide.rs`: `more_bricks_than_allowed_are_refused_and_no_fewer`, `far_too_many_bricks_are_foreseen_early` | grids under `ulimit -v`; some 10^7 bricks foreseen to a factor of four |
+//! | under a limit of memory the work is done or ends with a message | `tests/bad_input.rs`: `whatever_the_limit_of_memory_the_work_is_done_or_ends_with_1_and_a_message` | three jobs at nineteen limits; below, memory that the system refuses in small pieces ends the process with code 1 and the standard library's message, and an unfinished output is left as after a kill |
+//!
+//! # Outputs
+//!
+//! | promise | tests | size of the evidence |
+//! |---|---|---|
+//! | whenever a run is interrupted, the output is the old one or the new one, whole | `tests/interrupted.rs`: `an_output_is_the_old_one_or_the_new_one_whenever_it_is_interrupted`, `two_hundred_interruptions_leave_the_old_output_or_the_new_one` | 12 runs in two formats at random moments by three signals; 200 in four formats when asked for |
+//! | only a kill leaves a file, which a later run removes, but never one of a live run | `tests/interrupted.rs`: `leftovers_of_a_killed_run_are_removed_and_those_of_a_live_one_are_not`, `runs_into_one_output_at_a_time_leave_a_whole_one`, `src/cli/output.rs`: `a_file_that_another_run_took_for_a_leftover_is_made_again` | runs side by side; the moment between making and locking, by hand |
+//! | devices, links and pipes stay what they are | `tests/interrupted.rs`: `what_the_output_is_it_stays`, `an_interruption_behind_a_link_keeps_link_and_target` | `/dev/null`, a link, a pipe, standard output |
+//! | a full disk or a reader that goes is an error, and nothing is left | `tests/bad_input.rs`: `a_disk_without_room_is_an_error_and_leaves_nothing`, `a_reader_that_goes_ends_the_work_with_1_and_a_listing_with_0` | every format, by a limit of the size of files |
+//!
+//! # Dirty meshes
+//!
+//! | promise | tests | size of the evidence |
+//! |---|---|---|
+//! | the inside of a damaged mesh is that of the clean one, everywhere, but for a fiftieth of its size from the surface where there are holes or fins | `tests/dirty.rs`: `holes_are_told_and_closed`, `faces_turned_over_are_turned_back_to_the_last`, `a_mesh_inside_out_is_turned_over`, `repeated_and_degenerate_faces_are_counted_and_left_out`, `needles_and_cracks_do_no_harm`, `fins_are_told`, `all_damage_at_once_leaves_the_inside` | three solids, nine kinds of damage, 13,824 points each, no sign wrong |
+//! | bodies that overlap are their union | `tests/dirty.rs`: `bodies_that_overlap_are_their_union` | three solids, 13,824 points each |
+//! | size and place do not matter | `tests/dirty.rs`: `size_and_place_do_not_matter` | sizes of 1e-7 and 1e7, places of 1e7 and 1e9 |
+//! | what is made of a dirty mesh is closed | `tests/dirty.rs`: `what_is_made_of_any_mesh_is_closed` | every kind of damage above, and more than 35 real files where `ALVEOLE_DATA` names their folder |
+//! | what was found and assumed is said, on standard error and in JSON | `tests/dirty.rs`: `the_report_says_what_was_found_and_assumed_on_stderr_and_in_json` | counts of turned and repeated faces, to the last |
+//!
+//! # Security
+//!
+//! Files and requests are data. A mesh file can name others (materials of OBJ, parts of 3MF): none is
+//! opened. A program can name files, and a file of words can name more: those are the user's words, and
+//! a server reads regular files only. Compiled code is called in one place; its four unsafe blocks are the
+//! call, the freeing of its memory, and the promises that finished code may be shared and sent.
+//! Known vulnerabilities of dependencies are not looked up: their list is on the network.
+//!
+//! | promise | tests | size of the evidence |
+//! |---|---|---|
+//! | no path in a file is opened | `tests/bad_input.rs`: `paths_within_files_are_not_opened`, `tests/policy.rs`: `files_are_opened_in_few_places_by_names_that_the_user_gave` | system calls of two hostile files; every source file |
+//! | nothing reaches for the network or runs other programs | `tests/policy.rs`: `no_code_reaches_for_the_network_or_other_programs` | every source file |
+//! | unsafe code is in one file, and argued | `tests/policy.rs`: `unsafe_code_is_in_one_file_and_every_block_is_argued` | every source file |
+//! | compiled code touches nothing but what it is given | `src/eval/jit/call.rs`: `a_call_with_too_little_memory_is_refused`, `a_call_for_too_many_steps_is_refused` | each call compares what the code can reach with what it is given |
+//! | dependencies come from the registry, under permissive licences | `tests/policy.rs`: `dependencies_come_from_the_registry_with_their_checksums`, `dependencies_have_permissive_licences` | every package of `Cargo.lock` |
