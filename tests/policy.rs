@@ -49,7 +49,7 @@ fn files_are_opened_in_few_places_by_names_that_the_user_gave() {
         with_words(&["io::open::open", "super::open::open", "open::open}"]),
         ["job/loader.rs", "mesh/io/input.rs"]
     );
-    assert_eq!(with_words(&["Output::open("]), ["cli/mesh.rs", "cli/stats.rs"]);
+    assert_eq!(with_words(&["Output::open("]), ["cli/mesh.rs", "cli/slice.rs", "cli/stats.rs"]);
 }
 
 #[test]

@@ -470,7 +470,8 @@ mod tests {
         let progress = Progress::new();
         let of = |pruning| {
             let work = |signs: &Signs<'_>| phases(signs, &progress);
-            signs::survey(&sampler, &grid, &Settings { pruning, memory: None }, &progress, work).unwrap()
+            signs::survey(&sampler, &grid, &Settings { pruning, memory: None }, &progress, work)
+                .unwrap()
         };
         let (sparse, report) = of(Pruning::Intervals);
         let (dense, all) = of(Pruning::None);
