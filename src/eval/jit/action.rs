@@ -30,8 +30,8 @@ pub(super) struct Fill {
 }
 
 /// A function of more operations than this is divided: the time to compile one grows faster than
-/// its length.
-const LONGEST: usize = 1500;
+/// its length. A sum of five hundred waves compiles in a tenth of the time that it takes whole.
+const LONGEST: usize = 150;
 
 /// Turns the items of a flow into actions.
 pub(super) trait Emit {
