@@ -19,6 +19,7 @@ use crate::lang::{
 };
 use crate::solid::blends::Ramp;
 use crate::solid::maps::{Cylindrical, Spherical};
+use crate::solid::motions::Motion;
 use crate::solid::walls::Method;
 use crate::solid::{Solid, primitives};
 use rustc_hash::FxHashMap;
@@ -74,6 +75,8 @@ pub enum Kind {
         /// Makes it.
         make: Box<MakeShape>,
     },
+    /// Moves a solid.
+    Motion(fn(&mut Graph, &Arguments) -> Motion),
     /// Changes a solid.
     Unary(fn(&mut Graph, Solid, &Arguments) -> Solid),
     /// Combines two solids.
@@ -105,6 +108,7 @@ impl Vocabulary for Words {
         let row = &TABLE.rows[*TABLE.places.get(spelling)?];
         let action = match &row.kind {
             Kind::Shape { make, .. } => Action::Shape(make.as_ref()),
+            Kind::Motion(motion) => Action::Motion(*motion),
             Kind::Unary(apply) => Action::Unary(*apply),
             Kind::Binary(apply) => Action::Binary(*apply),
         };
@@ -131,7 +135,7 @@ impl Row {
     pub fn usage(&self) -> String {
         let mut usage = match self.kind {
             Kind::Shape { .. } => self.name.to_owned(),
-            Kind::Unary(_) => format!("SHAPE {}", self.name),
+            Kind::Motion(_) | Kind::Unary(_) => format!("SHAPE {}", self.name),
             Kind::Binary(_) => format!("SHAPE SHAPE {}", self.name),
         };
         for Argument { name, presence, .. } in self.arguments {
@@ -327,16 +331,14 @@ fn operations() -> Vec<Row> {
             "a wall on both sides of the surface: |f| - thickness/2",
             "Cesogen paper, equation 5",
         ),
-        unary("translate", &["move"], TRANSLATE, |graph, a, given| {
-            a.translate(graph, given.vector(0))
-        })
-        .help("moves the last shape", "Cesogen paper, equation 6"),
-        unary("scale", &[], SCALE, |graph, a, given| a.scale(graph, given.vector(0))).help(
+        motion("translate", &["move"], TRANSLATE, |_, given| Motion::Translate(given.vector(0)))
+            .help("moves the last shape", "Cesogen paper, equation 6"),
+        motion("scale", &[], SCALE, |_, given| Motion::Scale(given.vector(0))).help(
             "scales the last shape and its levels; a negative factor mirrors",
             "Cesogen paper, equation 7",
         ),
-        unary("rotate", &[], ROTATE, |graph, a, given| {
-            a.rotate(graph, given.number(0), given.vector(1))
+        motion("rotate", &[], ROTATE, |graph, given| {
+            Motion::rotate(graph, given.number(0), given.vector(1))
         })
         .help(
             "turns the last shape: `rotate pi/2 0,0,1` carries (1,0,0) to (0,-1,0)",
@@ -646,6 +648,15 @@ fn shape(
 ) -> Row {
     let kind = Kind::Shape { exactness, family: Family::Primitive, make: Box::new(make) };
     Row { name, aliases, kind, arguments, help: "", source: "" }
+}
+
+fn motion(
+    name: &'static str,
+    aliases: &'static [&'static str],
+    arguments: &'static [Argument],
+    motion: fn(&mut Graph, &Arguments) -> Motion,
+) -> Row {
+    Row { name, aliases, kind: Kind::Motion(motion), arguments, help: "", source: "" }
 }
 
 fn unary(

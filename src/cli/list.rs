@@ -94,7 +94,7 @@ pub(super) fn summary() -> String {
         names(|kind| matches!(kind, Kind::Shape { family: Family::Surface { .. }, .. })),
         names(|kind| matches!(kind, Kind::Shape { family: Family::Cell, .. })),
         names(|kind| matches!(kind, Kind::Shape { family: Family::Random, .. })),
-        names(|kind| matches!(kind, Kind::Unary(_))),
+        names(|kind| matches!(kind, Kind::Motion(_) | Kind::Unary(_))),
         names(|kind| matches!(kind, Kind::Binary(_))),
         names::Function::all().map(names::Function::name).collect::<Vec<_>>().join(" "),
     )
@@ -119,7 +119,7 @@ fn heading(kind: &Kind) -> &'static str {
         Kind::Shape { family: Family::Surface { .. }, .. } => "periodic surfaces",
         Kind::Shape { family: Family::Cell, .. } => "cells of struts and plates",
         Kind::Shape { family: Family::Random, .. } => "random solids",
-        Kind::Unary(_) => "operations on one shape",
+        Kind::Motion(_) | Kind::Unary(_) => "operations on one shape",
         Kind::Binary(_) => "operations on two shapes",
     }
 }
@@ -130,7 +130,7 @@ fn kind(kind: &Kind) -> &'static str {
         Kind::Shape { family: Family::Surface { .. }, .. } => "periodic surface",
         Kind::Shape { family: Family::Cell, .. } => "cell of struts or plates",
         Kind::Shape { family: Family::Random, .. } => "random solid",
-        Kind::Unary(_) => "operation on one shape",
+        Kind::Motion(_) | Kind::Unary(_) => "operation on one shape",
         Kind::Binary(_) => "operation on two shapes",
     }
 }
@@ -142,7 +142,7 @@ fn field(kind: &Kind) -> Option<&'static str> {
             Exactness::Bound => "bound of the distance",
             Exactness::LevelSet => "level set",
         }),
-        Kind::Unary(_) | Kind::Binary(_) => None,
+        Kind::Motion(_) | Kind::Unary(_) | Kind::Binary(_) => None,
     }
 }
 
@@ -150,7 +150,7 @@ fn formula(kind: &Kind) -> Option<&'static str> {
     match kind {
         Kind::Shape { family: Family::Surface { formula }, .. } => Some(formula),
         Kind::Shape { family: Family::Primitive | Family::Cell | Family::Random, .. } => None,
-        Kind::Unary(_) | Kind::Binary(_) => None,
+        Kind::Motion(_) | Kind::Unary(_) | Kind::Binary(_) => None,
     }
 }
 

@@ -14,6 +14,7 @@ use super::{
 use crate::expr::defined::is_always_defined;
 use crate::expr::{Graph, NodeId, OracleId, Output};
 use crate::solid::Solid;
+use crate::solid::motions::Motion;
 use rustc_hash::FxHashMap;
 
 /// What the items of a program make.
@@ -48,7 +49,7 @@ pub fn run(
     let (meshes, points) = (FxHashMap::default(), FxHashMap::default());
     let (demands, alone) = (Vec::new(), items.len() == 1);
     let mut machine = Machine { graph, loader, nodes, values, meshes, points, demands, alone };
-    let mut stack: Vec<Solid> = Vec::new();
+    let mut stack: Vec<Operand> = Vec::new();
     let mut faults = Vec::new();
     for item in items {
         let step = machine.step(item, &mut stack, vocabulary);
@@ -60,27 +61,46 @@ pub fn run(
             break;
         }
         match step {
-            Ok(solid) => stack.push(solid.located(item.span)),
+            Ok(made) => stack.push(made),
             Err(mut found) => {
                 faults.append(&mut found.faults);
                 if found.is_final {
                     break;
                 }
                 let stand_in = machine.graph.constant(f64::NAN);
-                stack.push(Solid::unbounded(machine.graph, stand_in));
+                stack.push(Solid::unbounded(machine.graph, stand_in).into());
             }
         }
     }
     if !faults.is_empty() {
         return Err(faults);
     }
-    let (operands, demands) = (stack.clone(), machine.demands);
-    match Solid::intersection_of(graph, stack) {
+    let demands = machine.demands;
+    let operands: Vec<Solid> = stack.into_iter().map(|operand| operand.moved(graph)).collect();
+    match Solid::intersection_of(graph, operands.clone()) {
         Some(solid) => Ok(Made { solid, operands, demands }),
         None => {
             let fault = Diagnostic::new("the program has no shape");
             Err(vec![fault.cure("give at least one shape, mesh file or equation")])
         }
+    }
+}
+
+/// A solid on the stack, with the motions that it has yet to make: together they cost as much as one.
+struct Operand {
+    solid: Solid,
+    motions: Vec<(Motion, Span)>,
+}
+
+impl From<Solid> for Operand {
+    fn from(solid: Solid) -> Self {
+        Self { solid, motions: Vec::new() }
+    }
+}
+
+impl Operand {
+    fn moved(self, graph: &mut Graph) -> Solid {
+        self.solid.moved(graph, &self.motions)
     }
 }
 
@@ -108,11 +128,11 @@ impl Machine<'_> {
     fn step(
         &mut self,
         item: &Item,
-        stack: &mut Vec<Solid>,
+        stack: &mut Vec<Operand>,
         vocabulary: &dyn Vocabulary,
-    ) -> Result<Solid, Failed> {
-        match &item.operation {
-            Operation::Mesh(path) => self.mesh(path, item.span),
+    ) -> Result<Operand, Failed> {
+        let made = match &item.operation {
+            Operation::Mesh(path) => self.mesh(path, item.span)?,
             Operation::Lattice { path, values } => {
                 let word = Word::of_file(path, vocabulary.lattice_arguments());
                 let arguments = self
@@ -123,7 +143,7 @@ impl Machine<'_> {
                     let faults = vec![Diagnostic::new(message).at(item.span, "").of_a_file()];
                     Failed { faults, is_final: false }
                 })?;
-                Ok(make(self.graph, &arguments))
+                make(self.graph, &arguments)
             }
             Operation::Equation(equation) => {
                 let field = self
@@ -131,43 +151,63 @@ impl Machine<'_> {
                     .map_err(|fault| Failed { faults: vec![fault], is_final: false })?;
                 let solid = Solid::unbounded(self.graph, field);
                 // On its own, what is not a number is outside anyway, and can be counted.
-                Ok(if self.alone { solid } else { self.defined(solid) })
+                if self.alone { solid } else { self.defined(solid) }
             }
             Operation::Word { name, values } => {
                 let Some(word) = vocabulary.word(name) else {
                     let fault = Diagnostic::new(format!("unknown word `{name}`"));
                     return Err(Failed { faults: vec![fault.at(item.span, "")], is_final: false });
                 };
-                let needed = match word.action {
-                    Action::Shape(_) => 0,
-                    Action::Unary(_) => 1,
-                    Action::Binary(_) => 2,
-                };
-                if stack.len() < needed {
-                    return Err(too_few(word, item.span, stack.len(), needed));
-                }
-                let mut operands = stack.split_off(stack.len() - needed).into_iter();
-                let arguments = self
-                    .arguments(word, values)
-                    .map_err(|faults| Failed { faults, is_final: false })?;
-                let made = match (word.action, operands.next(), operands.next()) {
-                    (Action::Unary(apply), Some(a), _) => apply(self.graph, a, &arguments),
-                    (Action::Binary(apply), Some(a), Some(b)) => {
-                        apply(self.graph, a, b, &arguments)
-                    }
-                    (Action::Shape(make), ..) => make(self.graph, &arguments),
-                    (Action::Unary(_) | Action::Binary(_), ..) => {
-                        return Err(too_few(word, item.span, 0, needed));
-                    }
-                };
-                let varies = values.iter().flatten().flat_map(Value::components);
-                Ok(if varies.into_iter().any(Equation::has_coordinate) {
-                    self.defined(made)
-                } else {
-                    made
-                })
+                return self.word(word, values, item.span, stack);
             }
+        };
+        Ok(made.located(item.span).into())
+    }
+
+    /// Pops the operands of `word`, which stands at `span`, and returns its result.
+    fn word(
+        &mut self,
+        word: Word<'_>,
+        values: &[Option<Value>],
+        span: Span,
+        stack: &mut Vec<Operand>,
+    ) -> Result<Operand, Failed> {
+        let needed = match word.action {
+            Action::Shape(_) => 0,
+            Action::Motion(_) | Action::Unary(_) => 1,
+            Action::Binary(_) => 2,
+        };
+        if stack.len() < needed {
+            return Err(too_few(word, span, stack.len(), needed));
         }
+        let mut operands = stack.split_off(stack.len() - needed).into_iter();
+        let arguments =
+            self.arguments(word, values).map_err(|faults| Failed { faults, is_final: false })?;
+        let varies = values.iter().flatten().flat_map(Value::components);
+        let varies = varies.into_iter().any(Equation::has_coordinate);
+        let made = match (word.action, operands.next(), operands.next()) {
+            (Action::Motion(motion), Some(mut a), _) => {
+                a.motions.push((motion(self.graph, &arguments), span));
+                if !varies {
+                    return Ok(a);
+                }
+                a.moved(self.graph)
+            }
+            (Action::Unary(apply), Some(a), _) => {
+                let a = a.moved(self.graph);
+                apply(self.graph, a, &arguments)
+            }
+            (Action::Binary(apply), Some(a), Some(b)) => {
+                let (a, b) = (a.moved(self.graph), b.moved(self.graph));
+                apply(self.graph, a, b, &arguments)
+            }
+            (Action::Shape(make), ..) => make(self.graph, &arguments),
+            (Action::Motion(_) | Action::Unary(_) | Action::Binary(_), ..) => {
+                return Err(too_few(word, span, 0, needed));
+            }
+        };
+        let made = if varies { self.defined(made) } else { made };
+        Ok(made.located(span).into())
     }
 
     /// `solid` with the outside where its field may not be a number.

@@ -109,7 +109,7 @@ impl<'a> Reader<'a> {
             let is_word = || self.vocabulary.word(&spelling).is_some();
             let named = named.filter(|index| values[*index].is_none() || !is_word());
             let positional = match word.action {
-                Action::Unary(_) | Action::Binary(_) => word
+                Action::Motion(_) | Action::Unary(_) | Action::Binary(_) => word
                     .arguments
                     .iter()
                     .zip(&values)
@@ -157,7 +157,9 @@ impl<'a> Reader<'a> {
     fn what_is(&self, token: &Token) -> Option<&'static str> {
         match self.known(token).map(|word| word.action) {
             Some(Action::Shape(_)) => Some("is a shape"),
-            Some(Action::Unary(_) | Action::Binary(_)) => Some("is an operation"),
+            Some(Action::Motion(_) | Action::Unary(_) | Action::Binary(_)) => {
+                Some("is an operation")
+            }
             None if self.loader.is_mesh(&token.text) => Some("is a mesh file"),
             None if self.loader.is_lattice(&token.text) => Some("is a lattice file"),
             None => None,
@@ -194,7 +196,7 @@ impl<'a> Reader<'a> {
         }
         let coordinates = match word.action {
             Action::Shape(_) => Coordinates::Forbidden(&what),
-            Action::Unary(_) | Action::Binary(_) => Coordinates::Known,
+            Action::Motion(_) | Action::Unary(_) | Action::Binary(_) => Coordinates::Known,
         };
         let scope = Scope { coordinates, parameters: self.parameters };
         let components = match infix::list(&token.text, token.span, scope) {

@@ -4,6 +4,7 @@ use super::{Diagnostic, Span};
 use crate::expr::{Graph, NodeId, Oracle};
 use crate::geom::Aabb;
 use crate::solid::Solid;
+use crate::solid::motions::Motion;
 use std::borrow::Cow;
 use std::sync::Arc;
 
@@ -37,6 +38,8 @@ pub struct Word<'a> {
 pub enum Action<'a> {
     /// Pushes a solid. Its arguments are optional and given by name.
     Shape(&'a MakeShape),
+    /// Moves a solid. Its required arguments may go without their names.
+    Motion(fn(&mut Graph, &Arguments) -> Motion),
     /// Pops one solid and pushes one. Its required arguments may go without their names.
     Unary(fn(&mut Graph, Solid, &Arguments) -> Solid),
     /// Pops two solids and pushes one. Its required arguments may go without their names.

@@ -10,9 +10,9 @@
 //! matrix M, f(Mx), so the solid turns by minus the angle: a quarter turn about z carries (1,0,0) to
 //! (0,-1,0). We keep that, and normalise the axis.
 
-use super::extent::Rule;
+use super::extent::{Rule, Step};
 use super::warps::Warp;
-use super::{Fraction, Solid, Wall};
+use super::{Fraction, Solid, Span, Wall};
 use crate::expr::graph::operands;
 use crate::expr::{Binary, Graph, Node, NodeId, Unary, depends, derive};
 use rustc_hash::FxHashMap;
@@ -23,20 +23,104 @@ use rustc_hash::FxHashMap;
 /// box turned by it would have slanted faces, and its field would depend on all three axes.
 const NEGLIGIBLE: f64 = 4.0 * f64::EPSILON;
 
+/// A motion, whose numbers may depend on parameters and vary in space.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Motion {
+    /// See [`Solid::translate`].
+    Translate([NodeId; 3]),
+    /// See [`Solid::scale`].
+    Scale([NodeId; 3]),
+    /// By the rows of a rotation matrix: f(Mx).
+    Rotate([[NodeId; 3]; 3]),
+}
+
+impl Motion {
+    /// See [`Solid::rotate`].
+    #[must_use]
+    pub fn rotate(graph: &mut Graph, angle: NodeId, axis: [NodeId; 3]) -> Self {
+        // What is computed on the way to nine constants is left in a graph of its own.
+        let mut own = Graph::new();
+        let numbers = [angle, axis[0], axis[1], axis[2]];
+        let numbers = numbers.map(|n| graph.as_constant(n).map(|value| own.constant(value)));
+        let known: Option<Vec<f64>> = if let [Some(angle), Some(x), Some(y), Some(z)] = numbers {
+            let rows = rotation(&mut own, angle, [x, y, z]);
+            rows.as_flattened().iter().map(|entry| own.as_constant(*entry)).collect()
+        } else {
+            None
+        };
+        Self::Rotate(match known.as_deref() {
+            Some(&[a, b, c, d, e, f, g, h, i]) => {
+                [[a, b, c], [d, e, f], [g, h, i]].map(|row| row.map(|entry| graph.constant(entry)))
+            }
+            _ => rotation(graph, angle, axis),
+        })
+    }
+
+    /// Whether it is another at every point.
+    #[must_use]
+    pub fn varies(&self, graph: &Graph) -> bool {
+        vary(graph, self.numbers())
+    }
+
+    fn numbers(&self) -> &[NodeId] {
+        match self {
+            Self::Translate(numbers) | Self::Scale(numbers) => numbers,
+            Self::Rotate(rows) => rows.as_flattened(),
+        }
+    }
+
+    /// The same at `point`, an expression of the coordinates of another space.
+    fn at(self, graph: &mut Graph, point: [NodeId; 3]) -> Self {
+        if !self.varies(graph) {
+            return self;
+        }
+        let mut there = Substitution { point, known: FxHashMap::default() };
+        let mut at = |numbers: [NodeId; 3]| numbers.map(|number| there.of(graph, number));
+        match self {
+            Self::Translate(offset) => Self::Translate(at(offset)),
+            Self::Scale(factor) => Self::Scale(at(factor)),
+            Self::Rotate(rows) => Self::Rotate(rows.map(at)),
+        }
+    }
+
+    /// Where the field is asked for its value at `point`.
+    fn pulled(self, graph: &mut Graph, point: [NodeId; 3]) -> [NodeId; 3] {
+        match self {
+            Self::Translate(offset) => std::array::from_fn(|i| graph.sub(point[i], offset[i])),
+            Self::Scale(factor) => std::array::from_fn(|i| graph.div(point[i], factor[i])),
+            Self::Rotate(rows) => rows.map(|row| dot(graph, row, point)),
+        }
+    }
+
+    /// What its values are multiplied by.
+    fn factor(self, graph: &mut Graph) -> Option<NodeId> {
+        let Self::Scale(factor) = self else { return None };
+        let [a, b, c] = factor.map(|f| graph.unary(Unary::Abs, f));
+        let least = graph.min(a, b);
+        Some(graph.min(least, c))
+    }
+
+    /// What it does to an extent.
+    fn rule(self, graph: &mut Graph) -> Rule {
+        match (self, self.varies(graph)) {
+            (Self::Translate(by), true) => {
+                let slopes = by.map(|component| derive::gradient(graph, component));
+                Rule::Warp(Warp::Translate { by, slopes })
+            }
+            (Self::Translate(offset), false) => Rule::Translate(offset),
+            (Self::Scale(factor), true) => Rule::Warp(Warp::Scale(factor)),
+            (Self::Scale(factor), false) => Rule::Scale(factor),
+            (Self::Rotate(rows), true) => Rule::Warp(Warp::Rotate(rows)),
+            (Self::Rotate(rows), false) => Rule::Rotate(rows),
+        }
+    }
+}
+
 impl Solid {
     /// Moved by `offset`: f(x - offset).
     #[must_use]
     pub fn translate(self, graph: &mut Graph, offset: [NodeId; 3]) -> Self {
-        let point = graph.point();
-        let pulled = std::array::from_fn(|i| graph.sub(point[i], offset[i]));
-        let mut moved = self.substituted(graph, pulled);
-        moved.push(if vary(graph, &offset) {
-            let slopes = offset.map(|component| derive::gradient(graph, component));
-            Rule::Warp(Warp::Translate { by: offset, slopes })
-        } else {
-            Rule::Translate(offset)
-        });
-        moved
+        self.moved(graph, &[(Motion::Translate(offset), Span::NOWHERE)])
     }
 
     /// Scaled by `factor` along the axes: a f(x / factor) with a = min |factor|.
@@ -46,37 +130,45 @@ impl Solid {
     /// scales levels by what it is at the point.
     #[must_use]
     pub fn scale(self, graph: &mut Graph, factor: [NodeId; 3]) -> Self {
-        let point = graph.point();
-        let pulled = std::array::from_fn(|i| graph.div(point[i], factor[i]));
-        let [a, b, c] = factor.map(|f| graph.unary(Unary::Abs, f));
-        let least = graph.min(a, b);
-        let least = graph.min(least, c);
-        let mut moved = self.substituted(graph, pulled);
-        moved.field = graph.mul(least, moved.field);
-        for wall in &mut moved.walls {
-            wall.field = graph.mul(least, wall.field);
-            wall.half_thickness = graph.mul(least, wall.half_thickness);
-        }
-        moved.push(if vary(graph, &factor) {
-            Rule::Warp(Warp::Scale(factor))
-        } else {
-            Rule::Scale(factor)
-        });
-        moved
+        self.moved(graph, &[(Motion::Scale(factor), Span::NOWHERE)])
     }
 
     /// Turned by minus `angle` radians about `axis`, which need not have unit length.
     #[must_use]
     pub fn rotate(self, graph: &mut Graph, angle: NodeId, axis: [NodeId; 3]) -> Self {
-        let rows = rotation(graph, angle, axis);
-        let point = graph.point();
-        let pulled = rows.map(|row| dot(graph, row, point));
-        let mut moved = self.substituted(graph, pulled);
-        moved.push(if vary(graph, rows.as_flattened()) {
-            Rule::Warp(Warp::Rotate(rows))
-        } else {
-            Rule::Rotate(rows)
-        });
+        let motion = Motion::rotate(graph, angle, axis);
+        self.moved(graph, &[(motion, Span::NOWHERE)])
+    }
+
+    /// Moved by one after the other of `motions`, each the text at its span.
+    ///
+    /// The same as by one at a time, but the field is rebuilt but once.
+    #[must_use]
+    pub fn moved(self, graph: &mut Graph, motions: &[(Motion, Span)]) -> Self {
+        if motions.is_empty() {
+            return self;
+        }
+        // From the last motion to the first, each at what those after it make of the point.
+        let mut point = graph.point();
+        let mut there = Vec::new();
+        for (i, (motion, _)) in motions.iter().rev().enumerate() {
+            let motion = if i == 0 { *motion } else { motion.at(graph, point) };
+            point = motion.pulled(graph, point);
+            there.push(motion);
+        }
+        let mut moved = self.substituted(graph, point);
+        for motion in there.iter().rev() {
+            let Some(least) = motion.factor(graph) else { continue };
+            moved.field = graph.mul(least, moved.field);
+            for wall in &mut moved.walls {
+                wall.field = graph.mul(least, wall.field);
+                wall.half_thickness = graph.mul(least, wall.half_thickness);
+            }
+        }
+        for &(motion, span) in motions {
+            let rule = motion.rule(graph);
+            moved.steps.push(Step { rule, span });
+        }
         moved
     }
 
@@ -319,6 +411,39 @@ mod tests {
         assert_eq!(extent.bounds.hi.to_array(), [2.0, 3.0, 4.0]);
         assert_eq!(extent.growth.to_array(), [1.0, 1.5, 2.0]);
         assert_eq!(extent.lipschitz, 1.0);
+    }
+
+    #[test]
+    fn motions_at_once_are_motions_one_by_one() {
+        let mut graph = Graph::new();
+        let graph = &mut graph;
+        let t = graph.parameter("t", 0.3);
+        let [x, ..] = graph.point();
+        let one = graph.constant(1.0);
+        let growing = graph.add(one, t);
+        let growing = graph.mul(growing, x);
+        let growing = graph.unary(Unary::Exp, growing);
+        let (offset, skew) =
+            (constants(graph, [0.3, -0.2, 1.0]), constants(graph, [1.0, 2.0, 0.5]));
+        let turn = Motion::rotate(graph, t, skew);
+        let motions = [
+            Motion::Scale([one, growing, t]),
+            Motion::Translate([t, growing, x]),
+            turn,
+            Motion::Scale(skew),
+            Motion::Translate(offset),
+        ];
+        let ball = sphere(graph).shell(graph, t);
+        let mut slowly = ball.clone();
+        for motion in motions {
+            slowly = slowly.moved(graph, &[(motion, Span::NOWHERE)]);
+        }
+        let spanned = motions.map(|motion| (motion, Span::NOWHERE));
+        let at_once = ball.moved(graph, &spanned);
+        assert_eq!(at_once.field, slowly.field);
+        assert_eq!(at_once.walls, slowly.walls);
+        let steps = |solid: &Solid| format!("{:?}", solid.steps);
+        assert_eq!(steps(&at_once), steps(&slowly));
     }
 
     #[test]
