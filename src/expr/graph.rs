@@ -8,7 +8,10 @@
 use super::oracle::Oracle;
 use super::{Binary, Extremum, Node, Output, Unary, simplify};
 use crate::geom::Axis;
-use rustc_hash::{FxHashMap, FxHashSet};
+use hashbrown::HashTable;
+use hashbrown::hash_table::Entry;
+use rustc_hash::{FxBuildHasher, FxHashSet};
+use std::hash::BuildHasher;
 use std::sync::Arc;
 
 /// A node of a [`Graph`], meaningful only with the graph that made it.
@@ -54,7 +57,8 @@ const UNKNOWN: &str = "unknown ";
 #[derive(Clone, Debug, Default)]
 pub struct Graph {
     nodes: Vec<Node>,
-    numbers: FxHashMap<Node, NodeId>,
+    /// By hash of the node; the nodes themselves are above, so that a large graph stays small.
+    numbers: HashTable<NodeId>,
     parameters: Vec<(String, f64)>,
     oracles: Vec<Arc<dyn Oracle>>,
     /// Operations asked for, those that are known already included.
@@ -96,11 +100,9 @@ impl Graph {
     #[must_use]
     pub fn emptied(&self, nodes: usize) -> Self {
         let Self { nodes: _, numbers: _, parameters, oracles, asked: _, most: _ } = self;
-        let mut numbers = FxHashMap::default();
-        numbers.reserve(nodes);
         Self {
             nodes: Vec::with_capacity(nodes),
-            numbers,
+            numbers: HashTable::with_capacity(nodes),
             parameters: parameters.clone(),
             oracles: oracles.clone(),
             asked: 0,
@@ -145,15 +147,20 @@ impl Graph {
             return self.constant(f64::NAN);
         }
         let Self { nodes, numbers, .. } = self;
-        *numbers.entry(node).or_insert_with(|| {
-            assert!(
-                operands(&node).iter().all(|o| o.index() < nodes.len()),
-                "an operand is not in this graph"
-            );
-            let id = u32::try_from(nodes.len()).expect("a graph has fewer than 2^32 nodes");
-            nodes.push(node);
-            NodeId(id)
-        })
+        let is_it = |id: &NodeId| nodes[id.index()] == node;
+        let place = numbers.entry(hash(&node), is_it, |id| hash(&nodes[id.index()]));
+        let place = match place {
+            Entry::Occupied(known) => return *known.get(),
+            Entry::Vacant(place) => place,
+        };
+        assert!(
+            operands(&node).iter().all(|o| o.index() < nodes.len()),
+            "an operand is not in this graph"
+        );
+        let id = u32::try_from(nodes.len()).expect("a graph has fewer than 2^32 nodes");
+        nodes.push(node);
+        place.insert(NodeId(id));
+        NodeId(id)
     }
 
     /// The coordinate along `axis`.
@@ -308,6 +315,10 @@ impl Graph {
     pub fn neg(&mut self, a: NodeId) -> NodeId {
         self.unary(Unary::Neg, a)
     }
+}
+
+fn hash(node: &Node) -> u64 {
+    FxBuildHasher.hash_one(node)
 }
 
 /// The operands of `node`, in order.
