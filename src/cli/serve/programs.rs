@@ -8,6 +8,9 @@ use std::time::SystemTime;
 
 /// Programs that are kept.
 const KEPT: usize = 32;
+/// Nodes of their expressions, the latest program's aside: a program with its compiled code takes
+/// some hundred bytes a node.
+const NODES: usize = 4_000_000;
 
 /// The programs that were asked for last, by their words and names of parameters.
 #[derive(Debug)]
@@ -61,11 +64,18 @@ impl Programs {
             }
             None => self.entry(words, parameters)?,
         };
-        if self.kept.len() >= KEPT {
-            self.kept.remove(0);
-        }
+        self.make_room(NODES);
         self.kept.push(entry);
         Ok(&self.kept[self.kept.len() - 1].job)
+    }
+
+    /// Forgets the earliest programs until there are fewer than [`KEPT`], of `most` nodes at most.
+    fn make_room(&mut self, most: usize) {
+        let nodes = |entry: &Entry| entry.job.field().0.len();
+        let mut total: usize = self.kept.iter().map(nodes).sum();
+        while !self.kept.is_empty() && (self.kept.len() >= KEPT || total > most) {
+            total -= nodes(&self.kept.remove(0));
+        }
     }
 
     fn entry(
@@ -112,6 +122,21 @@ mod tests {
         assert_eq!(programs.kept.len(), KEPT);
         let kept = |programs: &Programs, i| programs.kept.iter().any(|e| e.words == words(i));
         assert!(kept(&programs, 0) && kept(&programs, 2 * KEPT - 1) && !kept(&programs, 1));
+    }
+
+    #[test]
+    fn large_programs_are_forgotten_sooner() {
+        let mut programs = Programs::new(Access::Nothing);
+        for i in 0..10 {
+            let words = ["gyroid", "dilate", &format!("t+{i}"), "box"].map(str::to_owned);
+            programs.job(&words, &parameters(0.5)).unwrap();
+        }
+        let nodes = programs.kept[0].job.field().0.len();
+        programs.make_room(4 * nodes + nodes / 2);
+        assert_eq!(programs.kept.len(), 4);
+        assert_eq!(programs.kept[3].words[2], "t+9");
+        programs.make_room(0);
+        assert!(programs.kept.is_empty());
     }
 
     #[test]
