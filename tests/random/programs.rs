@@ -1,5 +1,7 @@
 //! Random program texts.
 
+#![allow(dead_code, reason = "each test crate uses a part")]
+
 use crate::common::sound_mesh;
 use alveole::cellular::tpms::CATALOGUE;
 use alveole::lang::names::Function;
