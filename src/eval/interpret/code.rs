@@ -306,20 +306,25 @@ impl Layout<'_> {
     }
 
     /// The buffers of all outputs of an oracle that one call answers, if `p` is the first of them.
+    ///
+    /// A value that is asked for once a brick has no buffer, wherever among them it stands.
     fn outs(&self, p: Position) -> Option<[Option<u32>; 4]> {
-        let same = |q: Position| {
-            let (a, b) = (self.schedule.tape().op(p), self.schedule.tape().op(q));
+        let tape = self.schedule.tape();
+        let same = |q: &Position| {
             let regions = self.schedule.regions();
-            matches!((a, b), (Op::Oracle(a, _, s), Op::Oracle(b, _, t)) if a == b && s == t)
-                && regions.of(p) == regions.of(q)
+            matches!((tape.op(p), tape.op(*q)),
+                (Op::Oracle(a, _, s), Op::Oracle(b, _, t)) if a == b && s == t)
+                && regions.of(p) == regions.of(*q)
         };
-        if p.index().checked_sub(1).is_some_and(|before| same(Position::new(before))) {
+        let has_buffer = |q: Position| matches!(self.sources[q.index()], Source::Buffer(..));
+        let before = (0..p.index()).rev().map(Position::new).take_while(same);
+        if { before }.any(has_buffer) {
             return None;
         }
         let mut outs = [None; 4];
-        for q in self.schedule.tape().positions().skip(p.index()).take_while(|&q| same(q)) {
+        for q in tape.positions().skip(p.index()).take_while(same) {
             if let (Op::Oracle(_, output, _), Source::Buffer(out, _)) =
-                (self.schedule.tape().op(q), self.sources[q.index()])
+                (tape.op(q), self.sources[q.index()])
             {
                 outs[match output {
                     Output::Value => 0,
