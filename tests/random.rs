@@ -1,7 +1,8 @@
 //! Random programs, from text to mesh: what must hold of every program.
 //!
-//! Programs are made of shapes, periodic surfaces, set operations, offsets, motions, walls and blends, and of
-//! every function of the language, with no regard to sense (densities, fills, maps and struts are left out):
+//! Programs are made of shapes, periodic surfaces, struts, set operations, offsets, motions, maps,
+//! walls, fills and blends, and of every function of the language, with no regard to sense
+//! (densities are left out):
 //! fields have NaN, infinities, jumps and kinks, shapes are tiny, thin or missing. A failure prints
 //! its seed and its program; seeds that once failed are kept in [`ONCE_FAILED`].
 #![allow(clippy::unwrap_used)]

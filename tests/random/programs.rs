@@ -146,7 +146,7 @@ impl Random {
                 format!("{surface} scale {}", self.positive())
             }
             5 if self.below(4) == 0 => folder.paths[self.below(2)].clone(),
-            _ => match self.below(10) {
+            _ => match self.below(if self.operations == Operations::Classic { 10 } else { 12 }) {
                 0 => "sphere".to_owned(),
                 1 => "cylinder".to_owned(),
                 2 => "box".to_owned(),
@@ -159,6 +159,11 @@ impl Random {
                     format!("plane normal {normal} offset {offset}")
                 }
                 8 => format!("ellipsoid radii {}", self.vector(Self::positive)),
+                10 | 11 => {
+                    let cell = self.of(&["octet", "kelvin", "bcc", "simple-cubic", "fcc"]);
+                    let (radius, fillet) = (self.between(0.01, 0.3), self.between(-0.2, 0.2));
+                    format!("{cell} radius {radius:.3} fillet {:.3}", fillet.max(0.0))
+                }
                 _ => format!("octahedron radius {}", self.positive()),
             },
         }
@@ -193,7 +198,7 @@ impl Random {
     }
 
     fn operation(&mut self) -> String {
-        let kinds = if self.operations == Operations::Classic { 8 } else { 11 };
+        let kinds = if self.operations == Operations::Classic { 8 } else { 14 };
         match self.below(kinds) {
             0 => "complement".to_owned(),
             1 => format!("dilate {}", self.varying_number()),
@@ -211,6 +216,15 @@ impl Random {
                 let axis = ["x", "y", "z"][self.below(3)];
                 format!("stretch {axis} {}", self.varying_size())
             }
+            11 => format!("cylindrical {} radius {}", 1 + self.below(9), self.positive()),
+            12 => {
+                let (around, along) = (1 + self.below(9), 1 + self.below(5));
+                format!("spherical {around} {along} radius {}", self.positive())
+            }
+            13 => {
+                let [u, v, w] = [(); 3].map(|()| 1 + self.below(3)).map(|size| self.equation(size));
+                format!("conform x+{u},y+{v},z+{w}")
+            }
             _ => format!("rotate {} {}", self.varying_number(), self.vector(Self::positive)),
         }
     }
@@ -220,8 +234,14 @@ impl Random {
         if self.operations == Operations::Classic {
             return self.of(&sets).to_owned();
         }
-        match self.below(8) {
+        match self.below(9) {
             0..4 => self.of(&sets).to_owned(),
+            8 => {
+                let (size, wall) = (self.positive(), self.positive());
+                let skin = ["", " skin 0.1"][self.below(2)];
+                let trim = ["", " trim cells"][self.below(2)];
+                format!("fill size {size} thickness {wall}{skin}{trim}")
+            }
             4 => format!("rounded-union {}", self.varying_size()),
             5 => format!("rounded-intersection {}", self.varying_size()),
             6 => format!("rounded-difference {}", self.varying_size()),
