@@ -1,6 +1,7 @@
 //! Lattices as engineers ask for them: walls of a true thickness, numbers that vary in space.
 #![allow(clippy::unwrap_used)]
 
+use alveole::eval::interpret;
 use alveole::expr::Graph;
 use alveole::geom::Aabb;
 use alveole::job::{Job, Settings};
@@ -32,6 +33,36 @@ fn walls_of_true_thickness_follow_the_tube_formula() {
             // minimal, as the formula assumes.
             let error = found / expected - 1.0;
             assert!(error.abs() < 2e-3, "{program}: {found}, not {expected} ({error:+.1e})");
+        }
+    }
+}
+
+#[test]
+fn walls_of_true_thickness_are_nowhere_far_from_the_surface() {
+    let half = 0.06;
+    for surface in ["neovius", "i-wp", "c-p", "f-rd"] {
+        let middle = Job::parse(&format!("{surface} box scale 0.55")).unwrap();
+        let spacing = 0.02;
+        let mesh = middle.mesh(&Settings::with_spacing(spacing)).unwrap();
+        let on_surface = |p: &&[f64; 3]| p.iter().all(|c| c.abs() < 0.55);
+        let vertices: Vec<DVec3> =
+            mesh.positions.iter().filter(on_surface).map(|p| DVec3::from_array(*p)).collect();
+        let wall = Job::parse(&format!("{surface} thickness {}", 2.0 * half)).unwrap();
+        let (graph, field) = wall.field();
+        // Points of a grid that has nothing to do with the cells, away from the box's faces.
+        let steps = || (0..60).map(|i| -0.4 + 0.8 * (f64::from(i) + 0.37) / 60.0);
+        let points: Vec<DVec3> = steps()
+            .flat_map(|x| steps().map(move |y| DVec3::new(x, y, (7.3 * x + 3.1 * y).sin() * 0.4)))
+            .collect();
+        let at = [0, 1, 2].map(|axis| points.iter().map(|p| p[axis]).collect::<Vec<_>>());
+        let mut values = vec![0.0; points.len()];
+        let at = at.each_ref().map(|list| &list[..]);
+        interpret::points(graph, &[field], at, &[], &mut [&mut values]).unwrap();
+        let inside = points.iter().zip(values).filter(|(_, value)| *value < 0.0);
+        for (point, value) in inside {
+            let nearest = vertices.iter().map(|v| v.distance(*point)).fold(f64::MAX, f64::min);
+            // The nearest vertex is farther than the surface by less than half a spacing.
+            assert!(nearest < half + 0.5 * spacing, "{surface} {point}: {value}, {nearest} away");
         }
     }
 }

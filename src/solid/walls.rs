@@ -15,8 +15,10 @@
 //!   surfaces up to 0.15 of a cell have the volume of the tube formula to 0.1 %.
 //!
 //! **What is guaranteed.** A point of the surface is no nearer than the nearest, so d is not too
-//! small where p lies on the surface; how far it is off, |f(p)| / |g| tells, and d is taken no smaller than
-//! four times that, so that far from the surface, where the iteration wanders, nothing solid appears.
+//! small where p lies on the surface and x above p. How far p is off the surface, |f(p)| / |g| tells, and d is
+//! taken no smaller than four times that; how far x is from the normal through p is the length of x - p
+//! without its part along g, and d is taken no smaller than that. So far from the surface, where the
+//! iteration wanders, nothing solid appears.
 //! Where a Lipschitz bound L of f is known, d is taken no smaller than |f| / L, which it can't be: so
 //! ranges of boxes exclude what is far, and the wall lies in {|f| <= L t / 2}. Without one, as for
 //! equations, the wall has no bounds of its own. Beyond the reach of the surface (half the distance to its
@@ -94,6 +96,7 @@ fn exact(graph: &mut Graph, field: NodeId, lipschitz: f64) -> NodeId {
     let slopes = derive::gradient(graph, field);
     let (mut value, mut slope) = (field, slopes);
     let mut ahead = value;
+    let mut offset = point;
     for _ in 0..STEPS {
         let square = dot(graph, slope, slope);
         let factor = graph.div(ahead, square);
@@ -103,7 +106,7 @@ fn exact(graph: &mut Graph, field: NodeId, lipschitz: f64) -> NodeId {
         });
         value = substitute(graph, field, nearest);
         slope = slopes.map(|s| substitute(graph, s, nearest));
-        let offset = std::array::from_fn(|i| graph.sub(point[i], nearest[i]));
+        offset = std::array::from_fn(|i| graph.sub(point[i], nearest[i]));
         let rise = dot(graph, slope, offset);
         ahead = graph.add(value, rise);
     }
@@ -113,6 +116,8 @@ fn exact(graph: &mut Graph, field: NodeId, lipschitz: f64) -> NodeId {
     let off = graph.mul(doubt, off);
     let larger = graph.max(ahead, off);
     let distance = graph.div(larger, steepness);
+    let aside = aside(graph, offset, slope);
+    let distance = graph.max(distance, aside);
     if lipschitz.is_finite() && lipschitz > 0.0 {
         let size = graph.unary(Unary::Abs, field);
         let bound = graph.constant(lipschitz);
@@ -122,6 +127,17 @@ fn exact(graph: &mut Graph, field: NodeId, lipschitz: f64) -> NodeId {
     } else {
         distance
     }
+}
+
+/// The length of `offset` without its part along `slope`.
+fn aside(graph: &mut Graph, offset: [NodeId; 3], slope: [NodeId; 3]) -> NodeId {
+    let (rise, square) = (dot(graph, slope, offset), dot(graph, slope, slope));
+    let factor = graph.div(rise, square);
+    let across: [NodeId; 3] = std::array::from_fn(|i| {
+        let along = graph.mul(factor, slope[i]);
+        graph.sub(offset[i], along)
+    });
+    length(graph, &across)
 }
 
 fn dot(graph: &mut Graph, a: [NodeId; 3], b: [NodeId; 3]) -> NodeId {
