@@ -290,3 +290,18 @@ fn the_structure_is_that_of_the_command() {
         assert_eq!(refused["error"]["kind"], "request", "{refused}");
     }
 }
+
+#[test]
+fn a_request_may_ask_for_a_mesh_without_slivers() {
+    let folder = tempfile::tempdir().unwrap();
+    let request =
+        |mesh: Value| json!({"program": "sphere", "spacing": 0.1, "mesh": mesh}).to_string();
+    let kept = request(json!({"file": "kept.ply"}));
+    let removed = request(json!({"file": "removed.ply", "snap": true}));
+    let found = replies(folder.path(), format!("{kept}\n{removed}\n").as_bytes());
+    let triangles = |reply: &Value| reply["mesh"]["triangles"].as_u64().unwrap();
+    assert!(triangles(&found[1]) < triangles(&found[0]), "{found:?}");
+    let checked = alveole(folder.path(), &["check", "--json", "removed.ply"]);
+    let checked: Value = serde_json::from_slice(&checked.stdout).unwrap();
+    assert!(checked["quality"]["least_angle_deg"].as_f64().unwrap() > 20.0, "{checked}");
+}

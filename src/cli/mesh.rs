@@ -8,7 +8,7 @@ use super::summary::summary;
 use super::table::significant;
 use super::{stats, work};
 use crate::contour::{self, Grid};
-use crate::job::{self, Job, Report, Settings, Spacing, Survey, longest_edge};
+use crate::job::{self, Job, Report, Settings, Slivers, Spacing, Survey, longest_edge};
 use crate::mesh::io::{self, FileSink, Format, Precision};
 use crate::mesh::sink::Collect;
 use crate::num::Progress;
@@ -19,9 +19,12 @@ use std::time::Instant;
 /// Writes the mesh of the program.
 pub(super) fn run(name: &str, arguments: &MeshArguments) -> Result<(), Trouble> {
     let start = Instant::now();
-    let MeshArguments { output, precision, report: wanted, overhang, work: common } = arguments;
+    let MeshArguments { output, precision, report: wanted, overhang, snap, work: common } =
+        arguments;
     let format = format(output)?;
     let work::Work { job, settings } = work::prepare(name, common)?;
+    let slivers = if *snap { Slivers::Removed } else { Slivers::Kept };
+    let settings = Settings { slivers, ..settings };
     let needed = if *wanted { None } else { Some("--report") };
     let overhang = work::read_overhang(overhang, needed, &job)?;
     let grid = job.grid(&settings)?;

@@ -43,6 +43,7 @@ mod measures;
 mod points;
 mod report;
 mod slices;
+mod slivers;
 pub mod structure;
 mod survey;
 
@@ -51,6 +52,7 @@ pub use levels::Density;
 pub use loader::{Access, ConversionNote, Files, MeshNote};
 pub use measures::{Measures, Totals};
 pub use report::Report;
+pub use slivers::Slivers;
 pub use structure::{Spread, Structure};
 pub use survey::Survey;
 
@@ -106,6 +108,9 @@ pub struct Settings {
     pub pruning: Pruning,
     /// Most bytes of memory for what is kept of the grid; what the system has to spare by default.
     pub memory: Option<u64>,
+    /// Whether triangles with small angles stay. What is measured without a mesh is that of the
+    /// mesh with them.
+    pub slivers: Slivers,
 }
 
 impl Settings {
@@ -387,6 +392,9 @@ impl Job {
         progress: &Progress,
         sink: &mut dyn Sink,
     ) -> Result<Report, Error> {
+        if settings.slivers == Slivers::Removed {
+            return self.contour_without_slivers(grid, settings, progress, sink);
+        }
         let (values, densities) = self.solved(grid, settings, progress)?;
         let field = self.field_on(grid, values.clone());
         if self.solid.walls.is_empty() {

@@ -4,6 +4,7 @@ use super::{Density, MeshNote};
 use crate::contour::{self, Grid};
 use crate::geom::Axis;
 use crate::measure::walls::Walls;
+use crate::mesh::slivers::Removal;
 use std::time::Duration;
 
 /// What a contouring did.
@@ -28,6 +29,8 @@ pub struct Report {
     pub densities: Vec<Density>,
     /// The mesh files of the program: what they contained, what was mended and what was assumed.
     pub meshes: Vec<MeshNote>,
+    /// What was done about slivers, if anything.
+    pub slivers: Option<Removal>,
 }
 
 impl Report {
@@ -51,6 +54,7 @@ impl Report {
             walls: None,
             densities: Vec::new(),
             meshes: Vec::new(),
+            slivers: None,
         }
     }
 }

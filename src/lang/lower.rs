@@ -54,10 +54,7 @@ pub fn run(
     for item in items {
         let step = machine.step(item, &mut stack, vocabulary);
         if machine.graph.is_exhausted() {
-            let fault = Diagnostic::new("the program's expression is too large");
-            let cure = "nest fewer operations that repeat what they act on, such as `thickness`, \
-                        motions and maps";
-            faults.push(fault.at(item.span, "makes it larger than any that is taken").cure(cure));
+            faults.push(too_large(item.span));
             break;
         }
         match step {
@@ -77,6 +74,9 @@ pub fn run(
     }
     let demands = machine.demands;
     let operands: Vec<Solid> = stack.into_iter().map(|operand| operand.moved(graph)).collect();
+    if let (true, Some(last)) = (graph.is_exhausted(), items.last()) {
+        return Err(vec![too_large(last.span)]);
+    }
     match Solid::intersection_of(graph, operands.clone()) {
         Some(solid) => Ok(Made { solid, operands, demands }),
         None => {
@@ -84,6 +84,14 @@ pub fn run(
             Err(vec![fault.cure("give at least one shape, mesh file or equation")])
         }
     }
+}
+
+/// The fault of an item, at `span`, with which the expression becomes too large.
+fn too_large(span: Span) -> Diagnostic {
+    let fault = Diagnostic::new("the program's expression is too large");
+    let cure = "nest fewer operations that repeat what they act on, such as `thickness`, motions \
+                and maps";
+    fault.at(span, "makes it larger than any that is taken").cure(cure)
 }
 
 /// A solid on the stack, with the motions that it has yet to make: together they cost as much as one.

@@ -10,6 +10,7 @@ pub mod polygon;
 #[cfg(test)]
 mod shapes;
 pub mod sink;
+pub mod slivers;
 pub mod topology;
 pub mod weld;
 

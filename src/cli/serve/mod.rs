@@ -237,7 +237,9 @@ fn write(
     };
     let progress = Progress::new();
     let target = mesh::Target { path, format, precision: wanted.precision() };
-    let (precision, report) = mesh::write(job, &job.grid(settings)?, settings, &target, &progress)?;
+    let settings = Settings { slivers: wanted.slivers(), ..settings.clone() };
+    let grid = job.grid(&settings)?;
+    let (precision, report) = mesh::write(job, &grid, &settings, &target, &progress)?;
     made.warnings.extend(report::remarks(&report));
     made.mesh = Some(Written::new(wanted.file(), format, precision, &report));
     Ok(())

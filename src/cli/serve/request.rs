@@ -2,7 +2,7 @@
 
 use super::reply::ErrorReply;
 use crate::geom::Aabb;
-use crate::job::{Settings, Spacing};
+use crate::job::{Settings, Slivers, Spacing};
 use crate::lang;
 use crate::measure::Overhang;
 use crate::mesh::io::{Format, Precision};
@@ -118,7 +118,7 @@ struct StructureForm {
 #[derive(Debug, Deserialize)]
 #[serde(
     untagged,
-    expecting = "`mesh` must be a file name or an object with `file`, `format` and `precision`"
+    expecting = "`mesh` must be a file name or an object with `file`, `format`, `precision` and `snap`"
 )]
 pub(super) enum MeshWanted {
     /// A file.
@@ -133,6 +133,8 @@ pub(super) struct Form {
     file: String,
     format: Option<FormatName>,
     precision: Option<PrecisionName>,
+    #[serde(default)]
+    snap: bool,
 }
 
 #[derive(Clone, Copy, Debug, Deserialize)]
@@ -290,6 +292,14 @@ impl MeshWanted {
             FormatName::Off => Format::Off,
             FormatName::ThreeMf => Format::ThreeMf,
         })
+    }
+
+    /// Whether its slivers stay.
+    pub(super) fn slivers(&self) -> Slivers {
+        match self {
+            Self::Form(Form { snap: true, .. }) => Slivers::Removed,
+            Self::File(_) | Self::Form(_) => Slivers::Kept,
+        }
     }
 
     /// The precision of its coordinates, if it is not to be chosen.

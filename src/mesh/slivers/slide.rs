@@ -1,0 +1,166 @@
+//! Sliding of vertices along the surface, and along flat cuts.
+
+use super::sheets::{Holds, Sheets, is_along, least_angle_deg, normal};
+use super::{Field, GOOD_DEG};
+use crate::mesh::topology::Stars;
+use glam::DVec3;
+use rayon::prelude::*;
+
+/// Parts of the way to the middle of the neighbours that are tried.
+const WAYS: [f64; 3] = [1.0, 0.5, 0.25];
+/// Newton steps back to the surface; they converge quadratically but where the slope vanishes.
+const STEPS: usize = 8;
+/// How far from the surface a vertex may come to lie, in parts of the spacing.
+const AWAY: f64 = 1e-9;
+/// How far a vertex may move at once, in parts of the spacing.
+const FARTHEST: f64 = 0.7;
+/// Triangles turn by less than the angle of this cosine.
+const TURN: f64 = 0.5;
+/// Vertices whose last steps to the surface are taken together.
+const AT_ONCE: usize = 1 << 16;
+/// Degrees that a small angle may lose by such a step, about a thousandth of the spacing long.
+const SETTLING_DEG: f64 = 0.5;
+
+/// A vertex on its way.
+struct Slide {
+    vertex: u32,
+    to: DVec3,
+    is_there: bool,
+}
+
+/// Slides the vertices of triangles with a small angle to the middle of their neighbours, where
+/// that makes the least angle about them larger; returns how many.
+///
+/// Vertices on the surface slide along it, those inside a flat cut within it, all others stay.
+pub(super) fn slide<E>(
+    sheets: &mut Sheets,
+    spacing: f64,
+    field: &mut Field<'_, E>,
+) -> Result<usize, E> {
+    let stars = sheets.stars();
+    let mut waiting: Vec<u32> = (0..sheets.mesh.positions.len() as u32)
+        .into_par_iter()
+        .filter(|vertex| sheets.holds[*vertex as usize].count() == 1)
+        .filter(|vertex| least_about(sheets, &stars, *vertex, sheets.at(*vertex)) < GOOD_DEG)
+        .collect();
+    let mut count = 0;
+    for way in WAYS {
+        let mut slides: Vec<Slide> = (waiting.par_iter())
+            .map_init(Vec::new, |ring, &vertex| {
+                sheets.ring(&stars, vertex, ring);
+                let sum: DVec3 = ring.iter().map(|neighbour| sheets.at(*neighbour)).sum();
+                let from = sheets.at(vertex);
+                let to = from + way * (sum / ring.len().max(1) as f64 - from);
+                let holds = sheets.holds[vertex as usize];
+                // A flat cut is left by rounding alone: its coordinate is kept.
+                let held =
+                    |axis: usize| if holds.is_held_along(axis) { from[axis] } else { to[axis] };
+                let to = DVec3::new(held(0), held(1), held(2));
+                Slide { vertex, to, is_there: !holds.is_on_surface() }
+            })
+            .collect();
+        land(sheets, spacing, &mut slides, field)?;
+        // One after the other: each sees where those before it went.
+        waiting.clear();
+        for Slide { vertex, to, is_there } in slides {
+            if is_there && is_better(sheets, &stars, vertex, to, spacing) {
+                sheets.mesh.positions[vertex as usize] = to.to_array();
+                count += 1;
+            } else {
+                waiting.push(vertex);
+            }
+        }
+    }
+    Ok(count)
+}
+
+/// Puts all vertices on the surface that contouring held away from a node of the grid.
+pub(super) fn settle<E>(
+    sheets: &mut Sheets,
+    spacing: f64,
+    field: &mut Field<'_, E>,
+) -> Result<(), E> {
+    let stars = sheets.stars();
+    let vertices: Vec<u32> = (0..sheets.mesh.positions.len() as u32)
+        .filter(|vertex| sheets.holds[*vertex as usize] == Holds::SURFACE)
+        .filter(|vertex| !stars.about(*vertex).is_empty())
+        .collect();
+    for vertices in vertices.chunks(AT_ONCE) {
+        let slide = |&vertex: &u32| Slide { vertex, to: sheets.at(vertex), is_there: false };
+        let mut slides: Vec<Slide> = vertices.iter().map(slide).collect();
+        land(sheets, spacing, &mut slides, field)?;
+        for Slide { vertex, to, is_there } in slides {
+            let least = |place: DVec3| least_about(sheets, &stars, vertex, place);
+            let from = sheets.at(vertex);
+            if is_there
+                && to != from
+                && keeps_sides(sheets, &stars, vertex, to)
+                && (least(to) > GOOD_DEG || least(to) > least(from) - SETTLING_DEG)
+            {
+                sheets.mesh.positions[vertex as usize] = to.to_array();
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Takes the slides of vertices on the surface back to it.
+fn land<E>(
+    sheets: &Sheets,
+    spacing: f64,
+    slides: &mut [Slide],
+    field: &mut Field<'_, E>,
+) -> Result<(), E> {
+    let on_surface = |slide: &Slide| sheets.holds[slide.vertex as usize] == Holds::SURFACE;
+    let mut open: Vec<usize> = (0..slides.len()).filter(|&i| on_surface(&slides[i])).collect();
+    let mut found = vec![[0.0; 4]; open.len()];
+    for step in 0..=STEPS {
+        let points: Vec<[f64; 3]> = open.iter().map(|&i| slides[i].to.to_array()).collect();
+        let found = &mut found[..points.len()];
+        field(&points, found)?;
+        let mut still = Vec::new();
+        for (&i, &[value, x, y, z]) in open.iter().zip(&*found) {
+            let gradient = DVec3::new(x, y, z);
+            // Newton's step along the gradient.
+            let step_back = gradient * (value / gradient.length_squared());
+            if !step_back.is_finite() {
+                continue;
+            }
+            if step_back.length() <= AWAY * spacing {
+                slides[i].is_there = true;
+            } else if step < STEPS {
+                slides[i].to -= step_back;
+                still.push(i);
+            }
+        }
+        open = still;
+        if open.is_empty() {
+            break;
+        }
+    }
+    Ok(())
+}
+
+/// The least angle of the triangles about `vertex`, in degrees, if it were at `place`.
+fn least_about(sheets: &Sheets, stars: &Stars, vertex: u32, place: DVec3) -> f64 {
+    let angles = sheets.about(stars, vertex).map(|corners| {
+        least_angle_deg(corners.map(|c| if c == vertex { place } else { sheets.at(c) }))
+    });
+    angles.fold(60.0, f64::min)
+}
+
+/// Whether no triangle about `vertex` turns over if it goes to `to`.
+fn keeps_sides(sheets: &Sheets, stars: &Stars, vertex: u32, to: DVec3) -> bool {
+    sheets.about(stars, vertex).all(|corners| {
+        let moved = corners.map(|c| if c == vertex { to } else { sheets.at(c) });
+        is_along(normal(sheets.points(corners)), normal(moved), TURN)
+    })
+}
+
+/// Whether the least angle about `vertex` is larger at `to`, and no triangle turns over.
+fn is_better(sheets: &Sheets, stars: &Stars, vertex: u32, to: DVec3, spacing: f64) -> bool {
+    let from = sheets.at(vertex);
+    to.distance(from) <= FARTHEST * spacing
+        && keeps_sides(sheets, stars, vertex, to)
+        && least_about(sheets, stars, vertex, to) > least_about(sheets, stars, vertex, from) + 1e-9
+}
