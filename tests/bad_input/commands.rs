@@ -138,9 +138,11 @@ fn programs_that_grow_without_end_are_refused_with_2() {
     // Each wall holds three of the one before it, with their slopes.
     let walls = format!("gyroid {} box", "thickness 0.3 ".repeat(30));
     refused(&[("p", walls.as_bytes())], &["@p"], 2, &["too large", "p:1:", "thickness"]);
-    // Each motion makes the expression again.
-    let motions = format!("box {}", "rotate 0.01 0,0,1 ".repeat(100_000));
+    // Each motion makes the expression again, but those that follow one another are made at once.
+    let motions = format!("box {}", "rotate 0.01 0,0,1 dilate 0.1 ".repeat(100_000));
     refused(&[("p", motions.as_bytes())], &["@p"], 2, &["too large", "p:1:"]);
+    let motions = format!("box {}", "rotate 0.01 0,0,1 ".repeat(100_000));
+    refused(&[("p", motions.as_bytes())], &["@p"], 1, &["unbounded"]);
     let words = "box ".repeat(2_000_000);
     refused(&[("p", words.as_bytes())], &["@p"], 2, &["more than 1048576 words"]);
     let names: Vec<String> = (0..15).map(|n| format!("f{n}")).collect();
