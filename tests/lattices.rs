@@ -40,7 +40,7 @@ fn walls_of_true_thickness_follow_the_tube_formula() {
 #[test]
 fn walls_of_true_thickness_are_nowhere_far_from_the_surface() {
     let half = 0.06;
-    for surface in ["neovius", "i-wp", "c-p", "f-rd"] {
+    for surface in ["neovius", "iwp", "p-surface", "frd"] {
         let middle = Job::parse(&format!("{surface} box scale 0.55")).unwrap();
         let spacing = 0.02;
         let mesh = middle.mesh(&Settings::with_spacing(spacing)).unwrap();
