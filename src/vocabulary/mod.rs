@@ -89,7 +89,7 @@ pub enum Family {
     Primitive,
     /// Periodic surfaces.
     Surface {
-        /// The formula, as an equation; see [`tpms::Surface::formula`].
+        /// The formula, as an equation; see [`Surface::formula`](crate::cellular::tpms::Surface::formula).
         formula: &'static str,
     },
     /// Lattices of struts or plates.

@@ -145,7 +145,7 @@ fn fixed(graph: &Graph, node: NodeId) -> f64 {
     graph.as_constant(node).expect("an equation of numbers is a constant of the graph")
 }
 
-/// What makes the lattice of a cell that a file holds, from [`Words::lattice_arguments`].
+/// What makes the lattice of a cell that a file holds, from the arguments of [`Words`](super::Words).
 #[must_use]
 pub fn lattice(cell: Cell) -> Arc<MakeShape> {
     Arc::new(move |graph, given| {
