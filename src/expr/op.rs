@@ -81,7 +81,7 @@ impl Extremum {
 
 /// Operators of one operand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-#[allow(missing_docs)] // The names are the functions'; `apply` defines each.
+#[allow(missing_docs, reason = "the names are the functions'; `apply` defines each")]
 pub enum Unary {
     Neg,
     Abs,
@@ -200,7 +200,7 @@ impl Unary {
 
 /// Operators of two operands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-#[allow(missing_docs)] // The names are the functions'; `apply` defines each.
+#[allow(missing_docs, reason = "the names are the functions'; `apply` defines each")]
 pub enum Binary {
     Add,
     Sub,

@@ -122,7 +122,7 @@ pub enum Leaf<'a> {
 
 /// An infix operator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[allow(missing_docs)] // The names are the operations'.
+#[allow(missing_docs, reason = "the names are the operations'")]
 pub enum Infix {
     Add,
     Sub,
