@@ -47,6 +47,7 @@
 //!
 //! | module | holds |
 //! |---|---|
+//! | [`text`] | places in small text files, for their readers |
 //! | [`num`] | intervals, elementary functions, random numbers, lanes, memory, progress |
 //! | [`geom`] | axes, boxes, bounding-volume trees |
 //! | [`expr`] | operators, the graph, simplification, derivatives, oracles |
@@ -79,6 +80,8 @@
 //! | the input of another tool | a file in [`job::convert`], a line in [`job::loader`] | `tests/convert.rs` |
 //! | a subcommand | a file in [`cli`] | help is required; `tests/cli.rs` |
 #![cfg_attr(test, allow(clippy::unwrap_used))]
+
+pub mod text;
 
 pub mod num;
 

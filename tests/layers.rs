@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 /// Each module, in order, with the earlier modules it may name as `crate::…`.
 const LAYERS: &[(&str, &[&str])] = &[
+    ("text", &[]),
     ("num", &[]),
     ("geom", &["num"]),
     ("expr", &["num", "geom"]),
@@ -13,15 +14,16 @@ const LAYERS: &[(&str, &[&str])] = &[
     ("lang", &["num", "geom", "expr", "solid"]),
     ("eval", &["num", "geom", "expr"]),
     ("mesh", &["num", "geom"]),
-    ("field", &["num", "geom", "expr", "mesh"]),
+    ("field", &["text", "num", "geom", "expr", "mesh"]),
     ("octree", &["num", "geom", "eval"]),
     ("contour", &["num", "geom", "eval", "mesh", "octree"]),
     ("measure", &["num", "geom", "expr", "eval", "mesh", "octree", "contour"]),
-    ("cellular", &["num", "geom", "expr", "solid", "field", "mesh"]),
+    ("cellular", &["text", "num", "geom", "expr", "solid", "field", "mesh"]),
     ("vocabulary", &["num", "geom", "expr", "solid", "lang", "field", "cellular", "mesh"]),
     (
         "job",
         &[
+            "text",
             "num",
             "geom",
             "expr",

@@ -7,8 +7,8 @@
 //! Source: ASLI's `.tap`, `.sap` and `.fap` files (types, sizes and features at points).
 
 use super::Data;
+use crate::text::{Place, shortened};
 use rustc_hash::FxHashMap;
-use std::fmt;
 
 /// The longest file that is read, in bytes.
 pub const LONGEST: usize = 4 << 20;
@@ -45,29 +45,6 @@ pub struct Fault {
     pub place: Place,
     /// What.
     pub cause: Cause,
-}
-
-/// A place in a file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Place {
-    /// The file as a whole.
-    Whole,
-    /// A letter, both numbers from 1.
-    At {
-        /// The line.
-        line: usize,
-        /// The letter of the line.
-        column: usize,
-    },
-}
-
-impl fmt::Display for Place {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Whole => Ok(()),
-            Self::At { line, column } => write!(f, "line {line}, column {column}: "),
-        }
-    }
 }
 
 /// Why a file holds no numbers or types at points.
@@ -221,15 +198,6 @@ fn number(word: &str, place: Place) -> Result<f64, Fault> {
     const LARGEST: f64 = 1e100;
     let value = word.parse().ok().filter(|value: &f64| value.abs() < LARGEST);
     value.ok_or_else(|| Fault { place, cause: Cause::NotANumber { word: shortened(word) } })
-}
-
-/// The beginning of `word`, which may be a whole file.
-fn shortened(word: &str) -> String {
-    const LENGTH: usize = 40;
-    match word.char_indices().nth(LENGTH) {
-        Some((end, _)) => format!("{}...", &word[..end]),
-        None => word.to_owned(),
-    }
 }
 
 #[cfg(test)]

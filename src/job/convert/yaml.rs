@@ -7,6 +7,7 @@
 //!
 //! Source: YAML 1.2, sections 6 to 8.
 
+use crate::text::shortened;
 use std::fmt;
 
 /// The longest text that is read, in bytes.
@@ -245,15 +246,6 @@ fn other_form(line: &str) -> Option<&'static str> {
         Some("such keys")
     } else {
         None
-    }
-}
-
-/// The beginning of `word`, which may be a whole file.
-pub(super) fn shortened(word: &str) -> String {
-    const LENGTH: usize = 40;
-    match word.char_indices().nth(LENGTH) {
-        Some((end, _)) => format!("{}...", &word[..end]),
-        None => word.to_owned(),
     }
 }
 

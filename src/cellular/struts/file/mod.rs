@@ -12,7 +12,7 @@ mod ltcx;
 mod plain;
 
 use super::cell::Cell;
-use std::fmt;
+use crate::text::Place;
 
 /// The longest file that is read, in bytes.
 pub const LONGEST: usize = 4 << 20;
@@ -72,49 +72,6 @@ pub struct Fault {
     pub place: Place,
     /// What.
     pub cause: Cause,
-}
-
-/// A place in a file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Place {
-    /// The file as a whole.
-    Whole,
-    /// A letter, both numbers from 1.
-    At {
-        /// The line.
-        line: usize,
-        /// The letter of the line.
-        column: usize,
-    },
-    /// An entry of a list, from 1.
-    Entry {
-        /// What the list holds.
-        what: &'static str,
-        /// Its number.
-        number: usize,
-    },
-}
-
-impl Place {
-    /// The place of the byte `offset` of `text`.
-    fn of_byte(text: &str, offset: usize) -> Self {
-        let before = text.get(..offset.min(text.len())).unwrap_or(text);
-        let line_start = before.rfind('\n').map_or(0, |at| at + 1);
-        Self::At {
-            line: before.matches('\n').count() + 1,
-            column: before[line_start..].chars().count() + 1,
-        }
-    }
-}
-
-impl fmt::Display for Place {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Whole => Ok(()),
-            Self::At { line, column } => write!(f, "line {line}, column {column}: "),
-            Self::Entry { what, number } => write!(f, "{what} {number}: "),
-        }
-    }
 }
 
 /// Why a file is no cell.

@@ -13,6 +13,7 @@
 
 use super::draft::{Draft, check_coordinates, check_factor};
 use super::{Cause, Fault, Place};
+use crate::text::shortened;
 
 const NODE: &str = "node ID x y z [radius]";
 const EDGE: &str = "edge ID ID [radius]";
@@ -85,13 +86,4 @@ fn factor(word: (&str, Place)) -> Result<f64, Fault> {
     let value = number(word)?;
     check_factor(value, word.1)?;
     Ok(value)
-}
-
-/// The beginning of `word`, which may be a whole file.
-fn shortened(word: &str) -> String {
-    const LENGTH: usize = 40;
-    match word.char_indices().nth(LENGTH) {
-        Some((end, _)) => format!("{}...", &word[..end]),
-        None => word.to_owned(),
-    }
 }

@@ -28,9 +28,10 @@ mod program;
 
 use super::Converted;
 use super::fits::{Cell, Feature, Release};
-use super::yaml::{self, Entry, Place, shortened};
+use super::yaml::{self, Entry, Place};
 use crate::geom::Aabb;
 use crate::lang::{Refusal, names};
+use crate::text::shortened;
 use keys::Role;
 use std::fmt;
 

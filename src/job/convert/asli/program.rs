@@ -8,10 +8,10 @@
 use super::super::fits::{Cell, Feature, Release, Surface};
 use super::super::formula::Number;
 use super::super::quoted;
-use super::super::yaml::shortened;
 use super::{Answers, Cause, Config, Fault, Kind, Named, Part, unknown};
 use crate::lang::Refusal;
 use crate::mesh::io::is_mesh_path;
+use crate::text::shortened;
 use std::path::Path;
 
 /// The text of the program.
