@@ -1,11 +1,13 @@
 //! The two binaries, run as a user runs them.
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "tests may, and say what they skip")]
 
+mod common;
+
 use alveole::mesh::check::check;
 use alveole::mesh::io::read;
 use alveole::mesh::measure::volume;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Output};
 
 const CESOGEN: &str = env!("CARGO_BIN_EXE_cesogen");
@@ -552,18 +554,9 @@ fn the_readme_lists_the_words_as_they_are() {
     assert!(words == list, "put the output of `alveole list --markdown` into the README");
 }
 
-/// The folder of real meshes, or a word on what is skipped.
-fn data() -> Option<PathBuf> {
-    let folder = std::env::var_os("ALVEOLE_DATA").map(PathBuf::from);
-    if folder.is_none() {
-        println!("skipped: ALVEOLE_DATA is not set");
-    }
-    folder
-}
-
 #[test]
 fn real_parts_are_filled_and_joined() {
-    let Some(data) = data() else { return };
+    let Some(data) = common::real_meshes() else { return };
     let bunny = data.join("bunny_closed.obj").display().to_string();
     let spot = data.join("spot_low.obj").display().to_string();
     let one = ["-s", "0.03", &bunny, "gyroid", "scale", "0.3", "intersection"];

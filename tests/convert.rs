@@ -4,13 +4,13 @@
 
 mod common;
 
-use alveole::eval::{BRICK, Engine, NodeBox, Program, Sampler, interpret};
+use alveole::eval::interpret;
 use alveole::job::convert::scaffolder;
 use alveole::job::{Job, Settings};
 use alveole::mesh::measure::volume;
-use alveole::num::{Interval, Progress};
+use alveole::num::Progress;
 use alveole::octree::Pruning;
-use common::{assert_sound, job};
+use common::{Uniform, assert_ranges_hold, assert_sound, job};
 use std::f64::consts::{PI, TAU};
 use std::fmt::Write as _;
 use std::fs;
@@ -505,48 +505,12 @@ fn a_server_reads_no_files_through_inputs_that_it_may_not_read_itself() {
     assert!(read(&points, Access::Regular).is_ok() && read(&points, Access::Nothing).is_err());
 }
 
-/// A generator of random numbers from 0 to 1.
-struct Uniform(u64);
-
-impl Uniform {
-    fn next(&mut self) -> f64 {
-        self.0 =
-            self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    fn pick<T: Copy>(&mut self, list: &[T]) -> T {
-        list[(self.next() * list.len() as f64) as usize]
-    }
-
-    /// Numbers from `least` to `most` at random points about the cube.
-    fn points(&mut self, least: f64, most: f64) -> Points {
-        let count = 1 + (self.next() * 30.0) as usize;
-        let mut at = || std::array::from_fn(|_| 1.2 * self.next() - 0.6);
-        let at: Vec<[f64; 3]> = (0..count).map(|_| at()).collect();
-        at.into_iter().map(|p| (p, least + (most - least) * self.next())).collect()
-    }
-}
-
-/// The range over a brick of the job's field holds the values in it, with both engines.
-fn assert_ranges_hold(name: &str, job: &Job, start: [f64; 3], step: f64) {
-    let (graph, field) = job.field();
-    for engine in [Engine::Interpreter, Engine::Compiled] {
-        let program = Program::new(graph, field, engine).unwrap();
-        let tables =
-            start.map(|lo| (0..=BRICK).map(|i| lo + step * i as f64).collect::<Vec<f64>>());
-        let bound = program.bind(tables, &[]);
-        let mut workspace = bound.workspace();
-        let mut activity = vec![u64::MAX; bound.activity_words()];
-        let whole = [NodeBox { level: 0, index: [0; 3] }];
-        let mut range = [Interval::ANYTHING];
-        bound.ranges(&mut workspace, &whole, &mut activity, &mut range).unwrap();
-        let mut found = [0.0; BRICK * BRICK * BRICK];
-        bound.values(&mut workspace, [0; 3], &activity, &mut found).unwrap();
-        for value in found {
-            assert!(range[0].contains(value), "{name}: {value} in {:?}", range[0]);
-        }
-    }
+/// Numbers from `least` to `most` at random points about the cube.
+fn random_points(random: &mut Uniform, least: f64, most: f64) -> Points {
+    let count = 1 + (random.next() * 30.0) as usize;
+    let mut at = || std::array::from_fn(|_| 1.2 * random.next() - 0.6);
+    let at: Vec<[f64; 3]> = (0..count).map(|_| at()).collect();
+    at.into_iter().map(|p| (p, least + (most - least) * random.next())).collect()
 }
 
 #[test]
@@ -573,9 +537,9 @@ fn random_configurations_keep_the_promises_of_every_program() {
         let value = random.pick(&["0", "0.3"]);
         let mode = random.pick(&["absolute", "relative"]);
         let radius = random.pick(&["0", "0.5", "1"]);
-        project.numbers("a.sap", &random.points(0.4, 0.8));
-        project.numbers("a.fap", &random.points(0.1, 0.6));
-        let points = random.points(0.0, 1.0);
+        project.numbers("a.sap", &random_points(&mut random, 0.4, 0.8));
+        project.numbers("a.fap", &random_points(&mut random, 0.1, 0.6));
+        let points = random_points(&mut random, 0.0, 1.0);
         let lines: String = points.iter().fold(String::new(), |mut text, ([x, y, z], _)| {
             let kind = random.pick(&TYPES[..9]);
             writeln!(text, "{x},{y},{z},{kind}").unwrap();

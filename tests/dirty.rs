@@ -2,6 +2,8 @@
 //! of it is closed, and the report says what was found.
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "tests may, and say what they skip")]
 
+mod common;
+
 #[path = "dirty/damage.rs"]
 mod damage;
 

@@ -3,24 +3,17 @@
 //! The meshes are read from the folder that the environment variable `ALVEOLE_DATA` names.
 #![allow(clippy::unwrap_used, clippy::print_stderr)]
 
+mod common;
+
 use alveole::expr::{Oracle, Queries};
 use alveole::field::{MeshDistance, Reason, SignMethod, mesh_distance};
 use alveole::mesh::Mesh;
 use alveole::num::Interval;
+use common::{Uniform, real_meshes};
 use glam::DVec3;
-use std::path::PathBuf;
-
-/// The folder of test meshes, if there is one.
-fn data() -> Option<PathBuf> {
-    let folder = std::env::var_os("ALVEOLE_DATA").map(PathBuf::from);
-    if folder.is_none() {
-        eprintln!("skipped: ALVEOLE_DATA names no folder of meshes");
-    }
-    folder
-}
 
 fn mesh(name: &str) -> Option<Mesh> {
-    Some(alveole::mesh::io::read(&data()?.join(name)).unwrap())
+    Some(alveole::mesh::io::read(&real_meshes()?.join(name)).unwrap())
 }
 
 fn field(name: &str) -> Option<MeshDistance> {
@@ -44,7 +37,7 @@ fn values(field: &MeshDistance, [x, y, z]: &[Vec<f64>; 3]) -> Vec<f64> {
 
 #[test]
 fn every_readable_mesh_gives_finite_values_and_one_answer_a_point() {
-    let Some(folder) = data() else { return };
+    let Some(folder) = real_meshes() else { return };
     let mut fields = 0;
     for entry in std::fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
@@ -69,7 +62,7 @@ fn every_readable_mesh_gives_finite_values_and_one_answer_a_point() {
 
 #[test]
 fn stand_ins_lie_where_the_values_of_every_readable_mesh_do() {
-    let Some(folder) = data() else { return };
+    let Some(folder) = real_meshes() else { return };
     for entry in std::fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
         let Ok(mesh) = alveole::mesh::io::read(&path) else { continue };
@@ -124,7 +117,7 @@ fn spoilt_copies_of_a_part_have_its_inside() {
 
 #[test]
 fn counted_volumes_are_those_of_the_meshes() {
-    let Some(_) = data() else { return };
+    let Some(_) = real_meshes() else { return };
     for name in [
         "bunny_closed.obj",
         "wingnut.obj",
@@ -198,29 +191,18 @@ fn soup(random: &mut Uniform, count: u32) -> Mesh {
     let mut positions = Vec::new();
     for face in 0..count {
         let size = [0.5, 0.1, 0.02][face as usize % 3];
-        let middle = random.point();
+        let middle = anywhere(random);
         for _ in 0..3 {
-            positions.push((middle + size * random.point()).to_array());
+            positions.push((middle + size * anywhere(random)).to_array());
         }
     }
     let triangles = (0..count).map(|face| [3 * face, 3 * face + 1, 3 * face + 2]).collect();
     Mesh { positions, triangles }
 }
 
-/// Numbers in [0, 1) from a seed.
-struct Uniform(u64);
-
-impl Uniform {
-    fn next(&mut self) -> f64 {
-        self.0 =
-            self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    /// A point of the cube [-1, 1]^3.
-    fn point(&mut self) -> DVec3 {
-        DVec3::from_array(std::array::from_fn(|_| 2.0 * self.next() - 1.0))
-    }
+/// A point of the cube [-1, 1]^3.
+fn anywhere(random: &mut Uniform) -> DVec3 {
+    DVec3::from_array(std::array::from_fn(|_| 2.0 * random.next() - 1.0))
 }
 
 #[test]
@@ -233,7 +215,7 @@ fn magnitudes_are_the_least_over_all_faces() {
             |face: &[u32; 3]| face.map(|vertex| DVec3::from_array(mesh.positions[vertex as usize]));
         // More points than are worth sorting, near and far.
         let points: Vec<DVec3> =
-            (0..700).map(|i| random.point() * [1.0, 1.5, 40.0][i % 3]).collect();
+            (0..700).map(|i| anywhere(&mut random) * [1.0, 1.5, 40.0][i % 3]).collect();
         let [x, y, z] = [0, 1, 2].map(|a| points.iter().map(|p| p[a]).collect::<Vec<f64>>());
         let mut values = vec![0.0; points.len()];
         field.points(Queries { at: [&x, &y, &z], value: &mut values, gradient: None }).unwrap();
@@ -257,7 +239,7 @@ fn ways_towards_roots_leave_no_trace_in_the_answers() {
     for seed in 11..15 {
         let mut random = Uniform(seed);
         let field = mesh_distance(&soup(&mut random, 500), "soup").unwrap();
-        let mut points: Vec<DVec3> = (0..200).map(|_| 1.2 * random.point()).collect();
+        let mut points: Vec<DVec3> = (0..200).map(|_| 1.2 * anywhere(&mut random)).collect();
         for round in 0..8 {
             let [x, y, z] = [0, 1, 2].map(|a| points.iter().map(|p| p[a]).collect::<Vec<f64>>());
             let mut values = vec![0.0; points.len()];
@@ -272,12 +254,12 @@ fn ways_towards_roots_leave_no_trace_in_the_answers() {
             }
             for (i, point) in points.iter_mut().enumerate() {
                 let slope = DVec3::new(slopes[0][i], slopes[1][i], slopes[2][i]);
-                let step = 0.05 * 0.1_f64.powi(round) * random.point();
+                let step = 0.05 * 0.1_f64.powi(round) * anywhere(&mut random);
                 *point = match i % 4 {
                     0 => *point - values[i] * slope,
                     1 => *point + step,
-                    2 => *point + 0.01 * values[i] * random.point(),
-                    _ => 1.2 * random.point(),
+                    2 => *point + 0.01 * values[i] * anywhere(&mut random),
+                    _ => 1.2 * anywhere(&mut random),
                 };
             }
         }

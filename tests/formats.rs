@@ -2,12 +2,14 @@
 //! other readers agree, and no bytes make a reader panic.
 #![allow(clippy::unwrap_used, clippy::print_stderr)]
 
+mod common;
+
 use alveole::mesh::io::{self, Fault, FileSink, Format, Place, Precision, ReadError, ReadReport};
 use alveole::mesh::{Mesh, Sink, check, measure, weld};
 use alveole::num::Progress;
 use proptest::prelude::*;
 use std::io::Cursor;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 #[path = "formats/data.rs"]
 mod data;
@@ -524,18 +526,9 @@ proptest! {
     }
 }
 
-/// The folder of other programs' files, if there is one.
-fn folder() -> Option<PathBuf> {
-    let folder = std::env::var_os("ALVEOLE_DATA").map(PathBuf::from);
-    if folder.is_none() {
-        eprintln!("skipped: ALVEOLE_DATA names no folder of mesh files");
-    }
-    folder
-}
-
 #[test]
 fn files_of_other_programs_are_read_or_refused_as_they_should() {
-    let Some(folder) = folder() else { return };
+    let Some(folder) = common::real_meshes() else { return };
     let mut wrong = Vec::new();
     for row in data::FILES {
         let path = folder.join(row.name);
@@ -565,7 +558,7 @@ fn files_of_other_programs_are_read_or_refused_as_they_should() {
 
 #[test]
 fn files_of_one_shape_have_one_volume() {
-    let Some(folder) = folder() else { return };
+    let Some(folder) = common::real_meshes() else { return };
     let volume = |name: &str| measure(&io::read(&folder.join(name)).unwrap()).volume;
     for &(first, second, factor, tolerance) in data::SAME {
         let (first_volume, second_volume) = (volume(first), volume(second));
@@ -577,7 +570,7 @@ fn files_of_one_shape_have_one_volume() {
 
 #[test]
 fn defects_of_dirty_files_are_counted() {
-    let Some(folder) = folder() else { return };
+    let Some(folder) = common::real_meshes() else { return };
     for &(name, parts, expected) in data::DEFECTS {
         let found = check(&io::read(&folder.join(name)).unwrap());
         let counts = found.defects.by_name().map(|(_, defect)| defect.count);

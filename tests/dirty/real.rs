@@ -6,21 +6,12 @@ use alveole::mesh::check;
 use alveole::mesh::io::{self, Format, Precision};
 use alveole::num::Random;
 use serde_json::Value;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Output};
-
-/// The folder of real meshes, or a word on what is skipped.
-fn data() -> Option<PathBuf> {
-    let folder = std::env::var_os("ALVEOLE_DATA").map(PathBuf::from);
-    if folder.is_none() {
-        println!("skipped: ALVEOLE_DATA is not set");
-    }
-    folder
-}
 
 #[test]
 fn what_is_made_of_any_mesh_is_closed() {
-    let Some(folder) = data() else { return };
+    let Some(folder) = crate::common::real_meshes() else { return };
     let mut made = 0;
     for entry in std::fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
