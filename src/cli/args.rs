@@ -93,8 +93,8 @@ pub(super) struct MeshArguments {
     #[command(flatten)]
     pub(super) overhang: OverhangArguments,
 
-    /// Remove slivers: vertices near one node of the grid become one, and all slide along the surface
-    /// until angles are 20° and more where it is smooth; keeps the whole mesh in memory
+    /// Remove slivers: vertices near one node of the grid become one, and others slide along the surface;
+    /// keeps the whole mesh in memory
     #[arg(long)]
     pub(super) snap: bool,
 

@@ -3,7 +3,7 @@
 use super::{Error, Job, Report, Settings};
 use crate::contour::{self, Grid};
 use crate::eval::interpret;
-use crate::expr::{depends, derive};
+use crate::expr::{Graph, NodeId, depends, derive};
 use crate::geom::{Aabb, Axis};
 use crate::mesh::sink::Collect;
 use crate::mesh::{Mesh, Sink, slivers};
@@ -21,8 +21,8 @@ pub enum Slivers {
     Removed,
 }
 
-/// Nodes of an expression up to which vertices slide along its surface: each costs a score of
-/// evaluations of the whole.
+/// Nodes of an expression up to which vertices slide along its surface: each takes a score of
+/// evaluations of the whole and of its slopes.
 const LARGEST: usize = 20_000;
 /// Points that are evaluated at once.
 const POINTS: usize = 1024;
@@ -43,34 +43,44 @@ impl Job {
         let mut report = self.contour(grid, &kept, progress, &mut whole)?;
         let mut mesh = whole.into_mesh();
         let (values, _) = self.solved(grid, settings, progress)?;
-        let mut graph = self.graph.clone();
-        let field = self.solid.field;
-        let [x, y, z] = derive::gradient(&mut graph, field);
-        let outputs = [field, x, y, z];
-        let is_large = depends::reachable(&graph, &outputs).len() > LARGEST;
-        let mut evaluate = |points: &[[f64; 3]], out: &mut [[f64; 4]]| {
-            let pieces = points.par_chunks(POINTS).zip(out.par_chunks_mut(POINTS));
-            pieces.try_for_each(|(points, out)| {
-                let at = [0, 1, 2].map(|axis| points.iter().map(|p| p[axis]).collect::<Vec<_>>());
-                let mut found = [(); 4].map(|()| vec![0.0; points.len()]);
-                let mut lists = found.each_mut().map(Vec::as_mut_slice);
-                let at = at.each_ref().map(Vec::as_slice);
-                interpret::points(&graph, &outputs, at, &values, &mut lists)?;
-                for (i, out) in out.iter_mut().enumerate() {
-                    *out = found.each_ref().map(|list| list[i]);
-                }
-                Ok::<_, contour::Error>(())
-            })
+        let (mut graph, field) = (self.graph.clone(), self.solid.field);
+        let removal = if depends::reachable(&graph, &[field]).len() > LARGEST {
+            slivers::remove::<contour::Error>(&mut mesh, &cut(grid), progress, None)?
+        } else {
+            let [x, y, z] = derive::gradient(&mut graph, field);
+            let mut evaluate = |points: &[[f64; 3]], out: &mut [[f64; 4]]| {
+                evaluate(&graph, [field, x, y, z], &values, points, out)
+            };
+            slivers::remove(&mut mesh, &cut(grid), progress, Some(&mut evaluate))?
         };
-        let field: Option<&mut slivers::Field<'_, contour::Error>> =
-            if is_large { None } else { Some(&mut evaluate) };
-        let removal = slivers::remove(&mut mesh, &cut(grid), progress, field)?;
         report.slivers = Some(removal);
         report.contour.vertices = mesh.positions.len() as u64;
         report.contour.triangles = mesh.triangles.len() as u64;
         pass_on(&mesh, sink).map_err(contour::Error::Sink)?;
         Ok(report)
     }
+}
+
+/// What `outputs` are at `points`.
+fn evaluate(
+    graph: &Graph,
+    outputs: [NodeId; 4],
+    parameters: &[f64],
+    points: &[[f64; 3]],
+    out: &mut [[f64; 4]],
+) -> Result<(), contour::Error> {
+    let pieces = points.par_chunks(POINTS).zip(out.par_chunks_mut(POINTS));
+    pieces.try_for_each(|(points, out)| {
+        let at = [0, 1, 2].map(|axis| points.iter().map(|p| p[axis]).collect::<Vec<_>>());
+        let mut found = [(); 4].map(|()| vec![0.0; points.len()]);
+        let mut lists = found.each_mut().map(Vec::as_mut_slice);
+        let at = at.each_ref().map(Vec::as_slice);
+        interpret::points(graph, &outputs, at, parameters, &mut lists)?;
+        for (i, out) in out.iter_mut().enumerate() {
+            *out = found.each_ref().map(|list| list[i]);
+        }
+        Ok(())
+    })
 }
 
 /// The box of `grid` and the least of its spacings.

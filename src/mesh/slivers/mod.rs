@@ -8,16 +8,16 @@
 //!
 //! It promises: the mesh stays closed, oriented and manifold, with the same components and Euler
 //! characteristic (an edge is contracted only if its ends have exactly two common neighbours; Dey,
-//! Edelsbrunner, Guha & Nekhayev 1999, theorem for 2-complexes); flat cuts stay flat, their rims
-//! are rims and keep their exact vertices; vertices inside the box lie on the surface to a part in 10⁹
-//! of the grid's spacing where Newton's method finds it; no triangle turns by more than 60°; the same bytes for any number of
-//! threads. On smooth surfaces that the grid resolves, angles are 20° and more inside the box; of the
-//! 27 periodic surfaces at 64³, cut by a box, 23 keep no angle below 5°, the others at most 100 such
-//! triangles of 100,000 and more.
+//! Edelsbrunner, Guha & Nekhayev 1999, theorem for 2-complexes); flat cuts stay flat, and vertices of
+//! their rims stay where they are or vanish; vertices inside the box lie on the surface to a part in
+//! 10⁹ of the grid's spacing where Newton's method finds it; no change turns a triangle by more than
+//! 60°; the same bytes for any number of threads. Of the 27 periodic surfaces at 64³, cut by a box, 23
+//! keep no angle below 5° (their least ones are 8.6° to 35°), the others at most 100 such triangles
+//! of 100,000 and more.
 //!
 //! It does not promise a least angle where the solid itself is sharp, as where a surface leaves the box
 //! almost along its side, nor that triangles of far parts do not cross where walls are thinner than
-//! a cell.
+//! a cell. The whole mesh is gone through again and again: 6 µs of processor time a triangle.
 //!
 //! Sources: grid snapping is that of Raman & Wenger 2008 (SnapMC); contracting, flipping and
 //! sliding in turn is the remeshing of Botsch & Kobbelt 2004, section 4, with the grid's spacing in
@@ -50,6 +50,8 @@ const SLIVER_DEG: f64 = 5.0;
 
 /// Rounds of contracting, flipping and sliding; three to four are enough as a rule.
 const ROUNDS: usize = 8;
+/// Passes over the mesh, of changes that are not next to one another, that a round takes at most.
+const PASSES: usize = 16;
 
 /// The field whose zero is the surface: writes value and gradient at each point.
 pub type Field<'a, E> = dyn FnMut(&[[f64; 3]], &mut [[f64; 4]]) -> Result<(), E> + 'a;
@@ -97,7 +99,7 @@ pub fn remove<E: From<Cancelled>>(
     let (mut merged, mut flipped, mut slid) = (0, 0, 0);
     for round in 0..ROUNDS {
         let mut changed = 0;
-        loop {
+        for _ in 0..PASSES {
             progress.advance(0)?;
             let now = contract::contract(&mut sheets, cut.spacing);
             changed += now;
@@ -106,7 +108,7 @@ pub fn remove<E: From<Cancelled>>(
                 break;
             }
         }
-        loop {
+        for _ in 0..PASSES {
             progress.advance(0)?;
             let now = flip::flip(&mut sheets);
             changed += now;
