@@ -111,7 +111,6 @@ impl Flow {
                      floor: usize| {
             // Lesser rates never depend on greater ones.
             run.sort_by_key(|p| tape.axes(*p).len().max(2));
-            gather_calls(run, tape, &kind);
             for p in run.drain(..) {
                 let both_called = |q: &&Position| [p, **q].map(&kind) == [Kind::Call; 2];
                 let partner = partners.get(&p).filter(both_called).copied();
@@ -188,40 +187,6 @@ fn close(items: &mut [Item], open: &mut Vec<(usize, usize)>, at: usize) {
         if let Item::Enter { end, .. } = &mut items[item] {
             *end = len;
         }
-    }
-}
-
-/// Calls that are made one after the other at most.
-///
-/// Between two calls there is a compiled function, and each has its price however short it is; but
-/// what many calls take and return falls out of the nearest cache.
-const TOGETHER: usize = 8;
-
-/// Moves calls in `run` to one another where nothing forbids it, operands staying before their
-/// users.
-///
-/// An oracle stays where it is: what comes before may spare it.
-fn gather_calls(run: &mut [Position], tape: &Tape, kind: impl Fn(Position) -> Kind) {
-    let is_call = |p: Position| kind(p) == Kind::Call;
-    let is_oracle = |p: Position| matches!(tape.op(p), Op::Oracle(..));
-    let mut rest = run;
-    while !rest.is_empty() {
-        let mut calls = 0;
-        let end = rest.iter().position(|&p| {
-            calls += usize::from(is_call(p));
-            is_oracle(p) || calls > TOGETHER
-        });
-        let (window, next) = rest.split_at_mut(end.unwrap_or(rest.len()).max(1));
-        // Calls that must have been made before, and whether the operation is one.
-        let mut turns: FxHashMap<Position, (usize, bool)> = FxHashMap::default();
-        for &p in &*window {
-            let operands = tape.op(p).operands();
-            let known = operands.iter().filter_map(|o| turns.get(o));
-            let calls = known.map(|(calls, is_call)| calls + usize::from(*is_call)).max();
-            turns.insert(p, (calls.unwrap_or(0), is_call(p)));
-        }
-        window.sort_by_key(|p| (tape.axes(*p).len().max(2), turns[p]));
-        rest = next;
     }
 }
 
