@@ -30,6 +30,12 @@ fn is_mended(text: &str, spacing: f64, least_deg: f64, left: u64) {
     let quality = measure(&removed).quality;
     let (found, slivers) = (quality.least_angle_deg, quality.least_angles[0]);
     assert!(found > least_deg && slivers <= left, "{text}: {found} degrees, {slivers} slivers");
+    let bounds = common::job(text).bounds().unwrap();
+    let is_in_box = |p: &[f64; 3]| {
+        let at = glam::DVec3::from_array(*p);
+        at.cmpge(bounds.lo).all() && at.cmple(bounds.hi).all()
+    };
+    assert!(removed.positions.iter().all(is_in_box), "{text}: a vertex has left the box");
     let change = volume(&removed) / volume(&kept) - 1.0;
     assert!(change.abs() < 3e-3, "{text}: the volume changed by {change}");
 }
@@ -49,6 +55,23 @@ fn surfaces_of_the_catalogue_have_no_angle_below_5_degrees() {
         } else {
             holds(&text, 2.0 / 64.0, 5.0);
         }
+    }
+}
+
+#[test]
+fn vertices_stay_in_a_box_that_cuts_a_field_which_goes_on() {
+    // Close to the sides of the box, and almost along them.
+    for text in ["'z-0.999+0.05*x*x'", "'z-0.93-0.01*sin(9*x)*cos(7*y)'", "'x*y*z-0.01+0.3*z^2'"] {
+        let job = common::job(text);
+        let bounds = alveole::geom::Aabb::new(glam::DVec3::splat(-1.0), glam::DVec3::splat(1.0));
+        let settings = Settings {
+            bounds: Some(bounds),
+            slivers: Slivers::Removed,
+            ..Settings::with_spacing(0.07)
+        };
+        let mesh = job.mesh(&settings).unwrap();
+        assert!(check(&mesh).is_sound(), "{text}");
+        assert!(mesh.positions.iter().flatten().all(|c| c.abs() <= 1.0), "{text}");
     }
 }
 

@@ -50,6 +50,7 @@ pub(super) type Sheet = u8;
 pub(super) struct Sheets {
     pub(super) mesh: Mesh,
     pub(super) holds: Vec<Holds>,
+    bounds: Aabb,
 }
 
 impl Sheets {
@@ -64,7 +65,7 @@ impl Sheets {
             })
         };
         let holds = mesh.positions.iter().map(|position| Holds(sides(position))).collect();
-        let mut sheets = Self { mesh, holds };
+        let mut sheets = Self { mesh, holds, bounds };
         for number in 0..sheets.mesh.triangles.len() {
             let corners = sheets.mesh.triangles[number];
             if sheets.sheet(corners) == 0 {
@@ -100,6 +101,14 @@ impl Sheets {
 
     pub(super) fn stars(&self) -> Stars {
         Stars::new(&self.mesh)
+    }
+
+    /// Whether `place` is off the sides of the box that do not hold `vertex`, and inside of them.
+    pub(super) fn is_free_place(&self, vertex: u32, place: DVec3) -> bool {
+        let (holds, Aabb { lo, hi }) = (self.holds[vertex as usize], self.bounds);
+        (0..3).all(|axis| {
+            holds.is_held_along(axis) || lo[axis] < place[axis] && place[axis] < hi[axis]
+        })
     }
 
     /// The triangles about `vertex`.

@@ -149,15 +149,16 @@ fn least_about(sheets: &Sheets, stars: &Stars, vertex: u32, place: DVec3) -> f64
     angles.fold(60.0, f64::min)
 }
 
-/// Whether no triangle about `vertex` turns over if it goes to `to`.
+/// Whether `vertex` stays in the box, and no triangle about it turns over, if it goes to `to`.
 fn keeps_sides(sheets: &Sheets, stars: &Stars, vertex: u32, to: DVec3) -> bool {
-    sheets.about(stars, vertex).all(|corners| {
-        let moved = corners.map(|c| if c == vertex { to } else { sheets.at(c) });
-        is_along(normal(sheets.points(corners)), normal(moved), TURN)
-    })
+    sheets.is_free_place(vertex, to)
+        && sheets.about(stars, vertex).all(|corners| {
+            let moved = corners.map(|c| if c == vertex { to } else { sheets.at(c) });
+            is_along(normal(sheets.points(corners)), normal(moved), TURN)
+        })
 }
 
-/// Whether the least angle about `vertex` is larger at `to`, and no triangle turns over.
+/// Whether the least angle about `vertex` is larger at `to`, which is no place that it can't go to.
 fn is_better(sheets: &Sheets, stars: &Stars, vertex: u32, to: DVec3, spacing: f64) -> bool {
     let from = sheets.at(vertex);
     to.distance(from) <= FARTHEST * spacing
