@@ -16,6 +16,8 @@ use crate::solid::{Solid, primitives};
 pub struct Filling {
     /// Length of a cell along each axis; the lattice as it is, with cells of length 1, if `None`.
     pub size: Option<[NodeId; 3]>,
+    /// The least corner of a cell; the origin if `None`.
+    pub corner: Option<[NodeId; 3]>,
     /// Thickness of walls that take the place of the lattice's own, a length.
     pub thickness: Option<NodeId>,
     /// Share of the part inside of the skin that the lattice fills, between 0 and 1. Walls become
@@ -46,9 +48,12 @@ impl Trim {
 /// `part` filled with `lattice`.
 #[must_use]
 pub fn fill(graph: &mut Graph, part: Solid, mut lattice: Solid, filling: Filling) -> Solid {
-    let Filling { size, thickness, density, skin, trim } = filling;
+    let Filling { size, corner, thickness, density, skin, trim } = filling;
     if let Some(size) = size {
         lattice = lattice.scale(graph, size);
+    }
+    if let Some(corner) = corner {
+        lattice = lattice.translate(graph, corner);
     }
     if let Some(thickness) = thickness {
         lattice = lattice.wall(graph, thickness, Method::Exact);
@@ -59,8 +64,9 @@ pub fn fill(graph: &mut Graph, part: Solid, mut lattice: Solid, filling: Filling
     let room = match trim {
         Trim::Part => part.clone(),
         Trim::Cells => {
-            let one = graph.constant(1.0);
-            whole_cells(graph, part.clone(), size.unwrap_or([one; 3]))
+            let [zero, one] = [0.0, 1.0].map(|number| graph.constant(number));
+            let (corner, size) = (corner.unwrap_or([zero; 3]), size.unwrap_or([one; 3]));
+            whole_cells(graph, part.clone(), corner, size)
         }
     };
     let filled = room.intersection(graph, lattice);
@@ -70,14 +76,16 @@ pub fn fill(graph: &mut Graph, part: Solid, mut lattice: Solid, filling: Filling
     filled.union(graph, shell)
 }
 
-/// The cells of lengths `size`, one with its least corner at the origin, that lie whole in `part`.
-fn whole_cells(graph: &mut Graph, part: Solid, size: [NodeId; 3]) -> Solid {
+/// The cells of lengths `size`, one with its least corner at `corner`, that lie whole in `part`.
+fn whole_cells(graph: &mut Graph, part: Solid, corner: [NodeId; 3], size: [NodeId; 3]) -> Solid {
     let (half, point) = (graph.constant(0.5), graph.point());
     let middles = std::array::from_fn(|i| {
-        let place = graph.div(point[i], size[i]);
+        let way = graph.sub(point[i], corner[i]);
+        let place = graph.div(way, size[i]);
         let number = graph.unary(Unary::Floor, place);
         let middle = graph.add(number, half);
-        graph.mul(middle, size[i])
+        let middle = graph.mul(middle, size[i]);
+        graph.add(middle, corner[i])
     });
     let diagonal = primitives::length(graph, &size);
     let radius = graph.mul(half, diagonal);
@@ -93,8 +101,14 @@ mod tests {
     use crate::solid::primitives::{cube, sphere};
     use crate::solid::walk::value;
 
-    const PLAIN: Filling =
-        Filling { size: None, thickness: None, density: None, skin: None, trim: Trim::Part };
+    const PLAIN: Filling = Filling {
+        size: None,
+        corner: None,
+        thickness: None,
+        density: None,
+        skin: None,
+        trim: Trim::Part,
+    };
 
     fn lattice(graph: &mut Graph) -> Solid {
         let [x, ..] = graph.point();
@@ -121,9 +135,9 @@ mod tests {
     #[test]
     fn whole_cells_lie_in_the_part() {
         let mut graph = Graph::new();
-        let quarter = graph.constant(0.25);
+        let [zero, quarter] = [0.0, 0.25].map(|number| graph.constant(number));
         let ball = sphere(&mut graph);
-        let cells = whole_cells(&mut graph, ball, [quarter; 3]);
+        let cells = whole_cells(&mut graph, ball, [zero; 3], [quarter; 3]);
         let kept = |p: [f64; 3]| value(&graph, cells.field, p) < 0.0;
         // The cell from 0.5 to 0.75 along x has its middle 0.65 from the origin, and half a
         // diagonal of 0.2165; the next would reach beyond the ball.

@@ -207,7 +207,10 @@ impl Machine<'_> {
             }
             (Action::Binary(apply), Some(a), Some(b)) => {
                 let (a, b) = (a.moved(self.graph), b.moved(self.graph));
-                apply(self.graph, a, b, &arguments)
+                apply(self.graph, a, b, &arguments).map_err(|refusal| {
+                    let fault = Diagnostic::new(format!("can't `{}`: {refusal}", word.name));
+                    Failed { faults: vec![fault.at(span, "")], is_final: false }
+                })?
             }
             (Action::Shape(make), ..) => make(self.graph, &arguments),
             (Action::Motion(_) | Action::Unary(_) | Action::Binary(_), ..) => {

@@ -42,8 +42,9 @@ pub enum Action<'a> {
     Motion(fn(&mut Graph, &Arguments) -> Motion),
     /// Pops one solid and pushes one. Its required arguments may go without their names.
     Unary(fn(&mut Graph, Solid, &Arguments) -> Solid),
-    /// Pops two solids and pushes one. Its required arguments may go without their names.
-    Binary(fn(&mut Graph, Solid, Solid, &Arguments) -> Solid),
+    /// Pops two solids and pushes one, or says why there is none. Its required arguments may go
+    /// without their names.
+    Binary(fn(&mut Graph, Solid, Solid, &Arguments) -> Result<Solid, Refusal>),
 }
 
 /// Makes the solid of a shape word.
@@ -331,11 +332,11 @@ pub struct Loaded {
     pub bounds: Aabb,
 }
 
-/// Why a file can't be used.
+/// Why a file or a word can't be used.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{cause}")]
 pub struct Refusal {
-    /// What went wrong, in lower case, without the file's name.
+    /// What went wrong, in lower case, without the name of the file or word.
     pub cause: String,
 }
 

@@ -11,6 +11,7 @@
 pub mod blends;
 pub mod density;
 pub mod extent;
+pub mod frame;
 pub mod maps;
 pub mod motions;
 pub mod offsets;

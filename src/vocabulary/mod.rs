@@ -15,7 +15,7 @@ pub use shapes::lattice;
 
 use crate::expr::Graph;
 use crate::lang::{
-    Action, Argument, Arguments, Domain, MakeShape, Presence, Shape, Vocabulary, Word,
+    Action, Argument, Arguments, Domain, MakeShape, Presence, Refusal, Shape, Vocabulary, Word,
 };
 use crate::solid::Solid;
 use crate::solid::motions::Motion;
@@ -79,7 +79,7 @@ pub enum Kind {
     /// Changes a solid.
     Unary(fn(&mut Graph, Solid, &Arguments) -> Solid),
     /// Combines two solids.
-    Binary(fn(&mut Graph, Solid, Solid, &Arguments) -> Solid),
+    Binary(fn(&mut Graph, Solid, Solid, &Arguments) -> Result<Solid, Refusal>),
 }
 
 /// What a shape belongs with.
@@ -231,7 +231,7 @@ fn binary(
     name: &'static str,
     aliases: &'static [&'static str],
     arguments: &'static [Argument],
-    apply: fn(&mut Graph, Solid, Solid, &Arguments) -> Solid,
+    apply: fn(&mut Graph, Solid, Solid, &Arguments) -> Result<Solid, Refusal>,
 ) -> Row {
     Row { name, aliases, kind: Kind::Binary(apply), arguments, help: "", source: "" }
 }

@@ -2,8 +2,10 @@
 
 use super::{COORDINATES, IDENTITY, PAPER, Row, binary, choice, motion, number, unary};
 use crate::cellular::fill::{Filling, Trim, fill};
+use crate::expr::{Graph, NodeId};
 use crate::geom::Axis;
-use crate::lang::{Argument, Domain, Presence, Shape};
+use crate::lang::{Argument, Domain, Presence, Refusal, Shape};
+use crate::solid::Solid;
 use crate::solid::blends::Ramp;
 use crate::solid::maps::{Cylindrical, Spherical};
 use crate::solid::motions::Motion;
@@ -62,47 +64,50 @@ pub(super) fn operations() -> Vec<Row> {
             a.stretch(graph, Axis::ALL[given.choice(0).unwrap_or(0)], given.number(1))
         })
         .help("gives cells of length 1 another one along an axis; levels stay", IDENTITY),
-        binary("union", &[], &[], |graph, a, b, _| a.union(graph, b)).help(
+        binary("union", &[], &[], |graph, a, b, _| Ok(a.union(graph, b))).help(
             "what is in either of the last two shapes: min(f, g)",
             "Cesogen paper, equation 9",
         ),
-        binary("intersection", &["intersect"], &[], |graph, a, b, _| a.intersection(graph, b))
+        binary("intersection", &["intersect"], &[], |graph, a, b, _| Ok(a.intersection(graph, b)))
             .help(
                 "what is in both of the last two shapes: max(f, g)",
                 "Cesogen paper, equation 10",
             ),
-        binary("difference", &["subtract"], &[], |graph, a, b, _| a.difference(graph, b)).help(
+        binary("difference", &["subtract"], &[], |graph, a, b, _| Ok(a.difference(graph, b))).help(
             "the shape before the last without the last: max(f, -g)",
             "Cesogen paper, equation 11",
         ),
         binary("rounded-union", &["smooth-union"], ROUNDED, |graph, a, b, given| {
-            a.rounded_union(graph, b, given.number(0))
+            Ok(a.rounded_union(graph, b, given.number(0)))
         })
         .help("the union of the last two shapes with fillets between them", "hg_sdf, Mercury"),
         binary("rounded-intersection", &["smooth-intersection"], ROUNDED, |graph, a, b, given| {
-            a.rounded_intersection(graph, b, given.number(0))
+            Ok(a.rounded_intersection(graph, b, given.number(0)))
         })
         .help("the intersection of the last two shapes with rounded edges", "hg_sdf, Mercury"),
         binary("rounded-difference", &["smooth-difference"], ROUNDED, |graph, a, b, given| {
-            a.rounded_difference(graph, b, given.number(0))
+            Ok(a.rounded_difference(graph, b, given.number(0)))
         })
         .help("the shape before the last without the last, edges rounded", "hg_sdf, Mercury"),
         binary("fill", &[], FILL, |graph, part, lattice, given| {
             let number = |index: usize| given.optional(index).map(|[value, ..]| value);
+            let cells = Cells { size: given.optional(0), count: given.optional(5) };
+            let Place { size, corner } = cells.place(graph, &part)?;
             let filling = Filling {
-                size: given.optional(0),
+                size,
+                corner,
                 density: number(1),
                 thickness: number(2),
                 skin: number(3),
                 trim: Trim::ALL[given.choice(4).unwrap_or(0)],
             };
-            fill(graph, part, lattice, filling)
+            Ok(fill(graph, part, lattice, filling))
         })
         .help("the shape before the last filled with the last, and its skin", IDENTITY),
         binary("blend", &[], BLEND, |graph, a, b, given| {
             let ramp = Ramp::ALL[given.choice(1).unwrap_or(0)];
             let weight = ramp.weight(graph, given.number(0), given.number(2));
-            a.blend(graph, b, weight, given.number(3))
+            Ok(a.blend(graph, b, weight, given.number(3)))
         })
         .help(
             "passes from the shape before the last to the last as a weight goes from 0 to 1",
@@ -187,7 +192,48 @@ const FILL: &[Argument] = &[
     number("thickness", Domain::NotNegative, Presence::Optional, "thickness of walls, a length"),
     number("skin", Domain::NotNegative, Presence::Optional, "thickness of the skin, a length"),
     choice("trim", Trim::NAMES, Presence::Default("part"), "cut cells, or keep whole ones only"),
+    Argument {
+        name: "count",
+        shape: Shape::Factor,
+        domain: Domain::Positive,
+        presence: Presence::Optional,
+        meaning: "cells across the part's box, along all axes or along each, in place of size",
+    },
 ];
+
+/// What a text says of the cells of a filling.
+struct Cells {
+    size: Option<[NodeId; 3]>,
+    count: Option<[NodeId; 3]>,
+}
+
+/// How large the cells of a filling are and where one begins.
+struct Place {
+    size: Option<[NodeId; 3]>,
+    corner: Option<[NodeId; 3]>,
+}
+
+impl Cells {
+    /// The cells that divide the box of `part` where they are counted.
+    fn place(self, graph: &mut Graph, part: &Solid) -> Result<Place, Refusal> {
+        let Self { size, count } = self;
+        let Some(count) = count else { return Ok(Place { size, corner: None }) };
+        if size.is_some() {
+            let cause = "cells have a `size` or a `count`, not both".to_owned();
+            return Err(Refusal { cause });
+        }
+        let Some([lo, hi]) = part.corners(graph) else {
+            let cause = "cells can't be counted where the part's box is not finite or not known; \
+                         give their `size`";
+            return Err(Refusal { cause: cause.to_owned() });
+        };
+        let size = [0, 1, 2].map(|i| {
+            let side = graph.sub(hi[i], lo[i]);
+            graph.div(side, count[i])
+        });
+        Ok(Place { size: Some(size), corner: Some(lo) })
+    }
+}
 const BLEND: &[Argument] = &[
     number("weight", Domain::Any, Presence::Required, "weight of the last shape, or what gives it"),
     choice(

@@ -1,6 +1,7 @@
 //! The box of a solid holds the solid, and grown by g*t it holds {f <= t}.
 
 use crate::support::{Field, Random, parse, value};
+use alveole::solid::Values;
 use glam::DVec3;
 
 /// Programs of exact and moved shapes: their fields are below `t` nowhere outside the grown box.
@@ -29,6 +30,28 @@ fn no_point_of_a_random_solid_lies_outside_its_box() {
             }
         }
     }
+}
+
+/// The box as expressions is the box as numbers, but for the rounding of turned boxes.
+#[test]
+fn corners_of_random_solids_are_those_of_the_box() {
+    let mut known = 0;
+    for seed in 0..300 {
+        let words = Random::new(3000 + seed).bounded_program();
+        let words: Vec<&str> = words.iter().map(String::as_str).collect();
+        let mut program = parse(&words, &[]).unwrap();
+        let bounds = program.solid.extent(&program.graph, &program.values()).bounds;
+        let Some(corners) = program.solid.corners(&mut program.graph) else { continue };
+        known += 1;
+        let parameters = program.values();
+        let mut values = Values::new(&program.graph, &parameters);
+        for (corner, expected) in corners.into_iter().zip([bounds.lo, bounds.hi]) {
+            let found = DVec3::from_array(values.triple(corner));
+            let error = (found - expected).abs().max_element();
+            assert!(error <= 1e-12 * (1.0 + expected.length()), "seed {seed}: {words:?} {found}");
+        }
+    }
+    assert!(known > 200, "{known}");
 }
 
 #[test]
