@@ -146,7 +146,9 @@ impl Program {
         }
         Bound(match &self.0 {
             Kind::Whole(whole) => BoundKind::Whole(Box::new(whole.bind(&coordinates, parameters))),
-            Kind::Pruned(pruned) => BoundKind::Pruned(pruned.bind(coordinates, parameters)),
+            Kind::Pruned(pruned) => {
+                BoundKind::Pruned(Box::new(pruned.bind(coordinates, parameters)))
+            }
         })
     }
 }
@@ -158,7 +160,7 @@ pub struct Bound(BoundKind);
 #[derive(Debug)]
 enum BoundKind {
     Whole(Box<BoundWhole>),
-    Pruned(BoundPruned),
+    Pruned(Box<BoundPruned>),
 }
 
 /// Memory of one thread that queries a [`Bound`] program.

@@ -1,4 +1,4 @@
-//! Ranges of a cut over up to eight boxes, and which sides of its choices matter in each.
+//! Ranges of a cut over up to eight pieces of boxes, and which sides of its choices matter in each.
 //!
 //! Forwards, every operation of the cut is enclosed. Backwards, from users to operands, each choice
 //! is decided in each box by the rules of the interval program (`interpret/chains.rs` has the
@@ -9,18 +9,13 @@
 use super::Shared;
 use super::code::NO_CHOICE;
 use super::cut::{Arg, Cut, Cutter, Item, Op};
+use super::pieces::{Group, Pieces};
 use crate::eval::interpret::{LANES, Octet, octet, split_range};
 use crate::eval::lower::{Factor, Split};
 use crate::eval::regions::is_set;
 use crate::expr::{Extremum, Output};
+use crate::geom::Axis;
 use crate::num::{Interval, lanes};
-
-/// Up to eight boxes, at least one, by their sides along every axis.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Boxes {
-    pub(super) count: usize,
-    pub(super) sides: [[Interval; LANES]; 3],
-}
 
 /// The activity rows of the boxes of a call.
 #[derive(Clone, Copy, Debug)]
@@ -32,11 +27,12 @@ pub(super) enum Rows<'a> {
 }
 
 impl Rows<'_> {
-    /// In which of `count` boxes side `side` of choice `choice` is alive, a bit a box.
-    fn alive(self, choice: u32, side: u32, count: usize) -> u8 {
+    /// In which of `pieces` side `side` of choice `choice` is alive, a bit a piece.
+    fn alive(self, choice: u32, side: u32, pieces: &Group) -> u8 {
         let Self::Own(rows, words) = self else { return u8::MAX };
-        let is_alive = |i: usize| is_set(&rows[i * words..], 2 * choice + side);
-        (0..count).fold(0, |mask, i| mask | u8::from(is_alive(i)) << i)
+        let is_alive = |number: usize| is_set(&rows[number * words..], 2 * choice + side);
+        let lanes = pieces.numbers().iter().zip(0..);
+        lanes.fold(0, |mask, (&number, lane)| mask | u8::from(is_alive(number)) << lane)
     }
 }
 
@@ -47,10 +43,12 @@ pub(super) type Limits = [f64; LANES];
 /// Limits that leave everything that matters.
 pub(super) const UNLIMITED: Limits = [0.0; LANES];
 
-/// The ranges of a cut's operations, and what is concluded from them.
+/// The ranges of a cut's operations in the pieces of up to eight boxes, and what is concluded from
+/// them.
 #[derive(Debug, Default)]
 pub(super) struct Enclosure {
-    ranges: Vec<Octet>,
+    /// By group of pieces and by operation.
+    ranges: Vec<Vec<Octet>>,
     /// By operation: the boxes in which it is alive.
     live: Vec<u8>,
     /// By operation that is an extremum: the last of its chain.
@@ -61,41 +59,41 @@ pub(super) struct Enclosure {
 const ITSELF: u32 = u32::MAX;
 
 impl Enclosure {
-    /// Encloses the operations of `cut`, the last that `cutter` made; the result is the range of its
-    /// output.
+    /// Encloses the operations of `cut`, the last that `cutter` made; the results are the ranges of
+    /// its output, by box.
     pub(super) fn enclose(
         &mut self,
         shared: Shared<'_>,
         (cut, cutter): (&Cut, &Cutter),
-        boxes: &Boxes,
+        pieces: &Pieces,
         rows: Rows<'_>,
-    ) -> Octet {
-        let Self { ranges, .. } = self;
-        ranges.clear();
-        ranges.reserve(cut.items.len());
-        let coordinates =
-            boxes.sides.each_ref().map(|side| Octet::from_lanes(|i| side[i.min(boxes.count - 1)]));
-        let inputs = Inputs { shared, cutter, coordinates, count: boxes.count, rows };
-        lanes::dispatch(
-            #[inline(always)]
-            || {
-                for item in &cut.items {
-                    let range = inputs.range(item, ranges);
-                    ranges.push(range);
-                }
-            },
-        );
-        cut.outputs.first().map_or(Octet::ZERO, |output| read(shared, *output, ranges))
+    ) -> [Interval; LANES] {
+        let groups = pieces.groups();
+        self.ranges.resize_with(self.ranges.len().max(groups.len()), Vec::new);
+        let mut found = [None; LANES];
+        for (group, ranges) in groups.iter().zip(&mut self.ranges) {
+            enclose_group(shared, (cut, cutter), group, rows, ranges);
+            let output = cut.outputs.first();
+            let output = output.map_or(Octet::ZERO, |output| read(shared, *output, ranges));
+            for (lane, &number) in group.numbers().iter().enumerate() {
+                let (range, before) = (output.lane(lane), found[number]);
+                found[number] = Some(before.map_or(range, |before: Interval| before.hull(range)));
+            }
+        }
+        found.map(|range| range.unwrap_or(Interval::ANYTHING))
     }
 
-    /// Decides the choices of `cut`, which was just enclosed in `count` boxes, as far as they matter
+    /// Decides the choices of `cut`, which was just enclosed in `pieces`, as far as they matter
     /// within `limits` of zero; `decide` is told each with the boxes where its first and where its
     /// second side is alive.
+    ///
+    /// What is alive in one piece of a box is so in all: otherwise it would be computed in a piece
+    /// for which its own choices were never decided.
     pub(super) fn decide(
         &mut self,
         shared: Shared<'_>,
         cut: &Cut,
-        (count, rows): (usize, Rows<'_>),
+        (pieces, rows): (&Pieces, Rows<'_>),
         limits: &Limits,
         mut decide: impl FnMut(u32, [u8; 2]),
     ) {
@@ -104,8 +102,7 @@ impl Enclosure {
         live.resize(cut.items.len(), 0);
         last.clear();
         last.resize(cut.items.len(), ITSELF);
-        let everywhere = ((1u16 << count) - 1) as u8;
-        cut.outputs.iter().for_each(|output| mark(live, *output, everywhere));
+        cut.outputs.iter().for_each(|output| mark(live, *output, pieces.boxes()));
         for (place, item) in cut.items.iter().enumerate().rev() {
             let own = live[place];
             let (extremum, is_pick) = match item.op {
@@ -132,33 +129,26 @@ impl Enclosure {
                     continue;
                 }
             };
-            let [a, b] = [item.args[0], item.args[1]].map(|arg| read(shared, arg, ranges));
-            let mut alive = [0, 1].map(|side| rows.alive(item.choice, side, count));
-            // Where a side is dead already, the other stays.
-            let known = alive[0] & alive[1] & !(a.nan() | b.nan());
-            let [a, b] = [a, b].map(|operand| Ends::new(extremum, &operand));
-            alive[0] &= !(known & below(&b.upper, &a.lower));
-            alive[1] &= !(known & below(&a.upper, &b.lower));
-            if !is_pick {
-                if last[place] == ITSELF {
-                    last[place] = place as u32;
+            if !is_pick && last[place] == ITSELF {
+                last[place] = place as u32;
+            }
+            let whole = (!is_pick).then_some(last[place]);
+            let mut alive = [0; 2];
+            for (group, ranges) in pieces.groups().iter().zip(&*ranges) {
+                if group.boxes() & own == 0 {
+                    continue;
                 }
-                let whole = last[place];
-                let reach = Ends::new(extremum, &ranges[whole as usize]).upper;
-                let crowns = shared.code.traits(item.node).crowns;
-                let dies = |own: &Ends, other: &Ends| {
-                    below(&reach, &own.lower) | if crowns { far(own, other, limits) } else { 0 }
-                };
-                // In this order: of two sides one stays.
-                alive[0] &= !(known & dies(&a, &b) & alive[1]);
-                alive[1] &= !(known & dies(&b, &a) & alive[0]);
-                for (arg, joined) in item.args.iter().zip(item.joined) {
-                    if let (true, Ok(operand)) = (joined, arg.place()) {
-                        last[operand] = whole;
-                    }
+                let choice = Choice { item, extremum, whole };
+                let lanes = choice.sides(shared, (group, rows), limits, ranges);
+                for (alive, lanes) in alive.iter_mut().zip(lanes) {
+                    *alive |= group.boxes_of(lanes) & own;
                 }
             }
-            let alive = alive.map(|side| side & own);
+            for (arg, joined) in item.args.iter().zip(item.joined) {
+                if let (Some(whole), true, Ok(operand)) = (whole, joined, arg.place()) {
+                    last[operand] = whole;
+                }
+            }
             decide(item.choice, alive);
             if is_pick {
                 let open = alive[0] & alive[1];
@@ -170,6 +160,71 @@ impl Enclosure {
                 mark(live, item.args[1], alive[1]);
             }
         }
+    }
+}
+
+/// Encloses the operations of `cut` in the pieces of a group.
+fn enclose_group(
+    shared: Shared<'_>,
+    (cut, cutter): (&Cut, &Cutter),
+    group: &Group,
+    rows: Rows<'_>,
+    ranges: &mut Vec<Octet>,
+) {
+    ranges.clear();
+    ranges.reserve(cut.items.len());
+    let coordinates = Axis::ALL.map(|axis| Octet::from_lanes(|lane| group.side(axis, lane)));
+    let inputs = Inputs { shared, cutter, coordinates, group, rows };
+    lanes::dispatch(
+        #[inline(always)]
+        || {
+            for item in &cut.items {
+                let range = inputs.range(item, ranges);
+                ranges.push(range);
+            }
+        },
+    );
+}
+
+/// An operation that chooses.
+struct Choice<'a> {
+    item: &'a Item,
+    extremum: Extremum,
+    /// The last of its chain; none for a pick.
+    whole: Option<u32>,
+}
+
+impl Choice<'_> {
+    /// The pieces of `group`, in which operations have these `ranges`, where each side is alive if
+    /// the operation is.
+    #[inline]
+    fn sides(
+        &self,
+        shared: Shared<'_>,
+        (group, rows): (&Group, Rows<'_>),
+        limits: &Limits,
+        ranges: &[Octet],
+    ) -> [u8; 2] {
+        let Self { item, extremum, whole } = *self;
+        let [a, b] = [item.args[0], item.args[1]].map(|arg| read(shared, arg, ranges));
+        let mut alive = [0, 1].map(|side| rows.alive(item.choice, side, group));
+        // Where a side is dead already, the other stays.
+        let known = alive[0] & alive[1] & !(a.nan() | b.nan());
+        let [a, b] = [a, b].map(|operand| Ends::new(extremum, &operand));
+        alive[0] &= !(known & below(&b.upper, &a.lower));
+        alive[1] &= !(known & below(&a.upper, &b.lower));
+        if let Some(whole) = whole {
+            let reach = Ends::new(extremum, &ranges[whole as usize]).upper;
+            let crowns = shared.code.traits(item.node).crowns;
+            let dies = |own: &Ends, other: &Ends| {
+                let far = if crowns { far(own, other, &group.limits(limits)) } else { 0 };
+                below(&reach, &own.lower) | far
+            };
+            // In this order: of two sides one stays.
+            alive[0] &= !(known & dies(&a, &b) & alive[1]);
+            alive[1] &= !(known & dies(&b, &a) & alive[0]);
+        }
+        alive
     }
 }
 
@@ -228,7 +283,7 @@ struct Inputs<'a> {
     shared: Shared<'a>,
     cutter: &'a Cutter,
     coordinates: [Octet; 3],
-    count: usize,
+    group: &'a Group,
     rows: Rows<'a>,
 }
 
@@ -260,7 +315,7 @@ impl Inputs<'_> {
                 let at = [0, 1, 2].map(read);
                 let oracle = &self.shared.code.graph().oracles()[oracle.index()];
                 let mut range = Octet::splat(Interval::ANYTHING);
-                for lane in 0..self.count {
+                for lane in 0..self.group.numbers().len() {
                     range.set_lane(lane, oracle.range(at.map(|u| u.lane(lane))));
                 }
                 range
@@ -275,8 +330,9 @@ impl Inputs<'_> {
         if matches!(self.rows, Rows::Own(..)) && item.choice != NO_CHOICE {
             let loser = Interval::point(extremum.loser());
             for (operand, side) in operands.iter_mut().zip(0..) {
-                let alive = self.rows.alive(item.choice, side, self.count);
-                for lane in (0..self.count).filter(|lane| alive >> lane & 1 == 0) {
+                let alive = self.rows.alive(item.choice, side, self.group);
+                let count = self.group.numbers().len();
+                for lane in (0..count).filter(|lane| alive >> lane & 1 == 0) {
                     operand.set_lane(lane, loser);
                 }
             }

@@ -7,7 +7,8 @@ use super::block::SIDE;
 use super::choices::{Choices, Near};
 use super::code::{Code, Form};
 use super::cut::Row;
-use super::enclose::{Boxes, Rows};
+use super::enclose::Rows;
+use super::pieces::Pieces;
 use super::{BoundPruned, PrunedWorkspace, Shared};
 use crate::eval::interpret::LANES;
 use crate::eval::sampler::{BRICK, NodeBox};
@@ -78,6 +79,7 @@ impl BoundPruned {
         &self,
         workspace: &mut PrunedWorkspace,
         shared: Shared<'_>,
+        pieces: &Pieces,
         boxes: &[NodeBox],
         ranges: &[Interval],
     ) {
@@ -85,7 +87,7 @@ impl BoundPruned {
         let limits = std::array::from_fn(|lane| ranges.get(lane).map_or(0.0, near));
         let mut found: [Vec<(u32, u8)>; LANES] = Default::default();
         let count = boxes.len();
-        enclosure.decide(shared, source, (count, Rows::One), &limits, |choice, alive| {
+        enclosure.decide(shared, source, (pieces, Rows::One), &limits, |choice, alive| {
             for (lane, found) in found.iter_mut().enumerate().take(count) {
                 let sides = alive[0] >> lane & 1 | (alive[1] >> lane & 1) << 1;
                 if sides != 0 {
@@ -137,16 +139,16 @@ impl BoundPruned {
             return;
         }
         focus.cut = Whose::Block;
-        let mut boxes = Boxes { count: LANES, sides: [[Interval::ANYTHING; LANES]; 3] };
-        for (axis, sides) in Axis::ALL.into_iter().zip(&mut boxes.sides) {
-            for (block, side) in sides.iter_mut().enumerate() {
+        let mut pieces = Pieces::default();
+        for block in 0..LANES {
+            let side = |axis: Axis| {
                 let half = block >> axis.index() & 1;
                 let first = brick[axis.index()] as usize * BRICK + half * SIDE;
-                *side = self.side(axis, first, SIDE);
-            }
+                self.side(axis, first, SIDE)
+            };
+            pieces.add(shared.jumps, block, &Axis::ALL.map(side));
         }
-        let range = enclosure.enclose(shared, (source, cutter), &boxes, Rows::One);
-        focus.ranges = std::array::from_fn(|block| range.lane(block));
+        focus.ranges = enclosure.enclose(shared, (source, cutter), &pieces, Rows::One);
         let limit = match nearness {
             Nearness::Sign => f64::MIN_POSITIVE,
             Nearness::Surface => {
@@ -160,7 +162,7 @@ impl BoundPruned {
         let choices = &mut focus.choices;
         choices.clear();
         let limits = [limit; LANES];
-        enclosure.decide(shared, source, (LANES, Rows::One), &limits, |choice, sides| {
+        enclosure.decide(shared, source, (&pieces, Rows::One), &limits, |choice, sides| {
             choices.add(choice, sides);
         });
     }

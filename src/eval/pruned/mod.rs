@@ -21,10 +21,12 @@ mod cut;
 mod edges;
 mod enclose;
 mod focus;
+mod jumps;
 mod line;
+mod pieces;
 mod tape;
 
-use super::interpret::{self, LANES};
+use super::interpret;
 use super::lower::Lowered;
 use super::regions::Bits;
 use super::sampler::{BRICK, NodeBox};
@@ -35,9 +37,11 @@ use block::Blocks;
 use choices::{Choices, Memo};
 use code::{Code, Form};
 use cut::{Cut, Cutter, Row};
-use enclose::{Boxes, Enclosure, Rows, UNLIMITED};
+use enclose::{Enclosure, Rows, UNLIMITED};
 use focus::Focus;
+use jumps::Jumps;
 use line::Batch;
+use pieces::Pieces;
 use std::sync::Arc;
 
 /// A program that is cut down to what a box needs.
@@ -53,6 +57,7 @@ pub(super) struct BoundPruned {
     coordinates: [Vec<f64>; 3],
     /// By node: the value, if it is on no axis.
     uniforms: Result<Vec<f64>, Failure>,
+    jumps: Result<Jumps, Failure>,
     memo: Memo,
 }
 
@@ -61,6 +66,7 @@ pub(super) struct BoundPruned {
 pub(super) struct Shared<'a> {
     code: &'a Code,
     uniforms: &'a [f64],
+    jumps: &'a Jumps,
 }
 
 impl Shared<'_> {
@@ -116,7 +122,9 @@ impl Pruned {
         parameters: &[f64],
     ) -> BoundPruned {
         let uniforms = self.uniforms(parameters);
-        BoundPruned { program: Arc::clone(self), coordinates, uniforms, memo: Memo::default() }
+        let jumps = Jumps::new(&self.code, &coordinates, parameters);
+        let (program, memo) = (Arc::clone(self), Memo::default());
+        BoundPruned { program, coordinates, uniforms, jumps, memo }
     }
 
     fn uniforms(&self, parameters: &[f64]) -> Result<Vec<f64>, Failure> {
@@ -150,7 +158,8 @@ impl Pruned {
 impl BoundPruned {
     fn shared(&self) -> Result<Shared<'_>, Failure> {
         let uniforms = self.uniforms.as_ref().map_err(Clone::clone)?;
-        Ok(Shared { code: &self.program.code, uniforms })
+        let jumps = self.jumps.as_ref().map_err(Clone::clone)?;
+        Ok(Shared { code: &self.program.code, uniforms, jumps })
     }
 
     pub(super) fn workspace(&self) -> PrunedWorkspace {
@@ -209,33 +218,30 @@ impl BoundPruned {
             any.iter_mut().zip(row).for_each(|(any, own)| *any |= own);
         }
         cutter.cut(shared.code, Form::Source, &[shared.code.source], &Row(&any), source);
-        let mut sides = [[Interval::ANYTHING; LANES]; 3];
-        for (axis, sides) in Axis::ALL.into_iter().zip(&mut sides) {
-            for (side, node) in sides.iter_mut().zip(boxes) {
-                let nodes = BRICK << node.level;
-                *side = self.side(axis, node.index[axis.index()] as usize * nodes, nodes);
-            }
+        let mut pieces = Pieces::default();
+        for (number, node) in boxes.iter().enumerate() {
+            let nodes = BRICK << node.level;
+            let side =
+                |axis: Axis| self.side(axis, node.index[axis.index()] as usize * nodes, nodes);
+            pieces.add(shared.jumps, number, &Axis::ALL.map(side));
         }
-        let count = boxes.len();
         let rows = if is_one { Rows::One } else { Rows::Own(activity, words) };
-        let around = Boxes { count, sides };
-        let output = enclosure.enclose(shared, (source, cutter), &around, rows);
-        for (lane, range) in ranges.iter_mut().take(count).enumerate() {
-            *range = output.lane(lane);
-        }
+        let found = enclosure.enclose(shared, (source, cutter), &pieces, rows);
+        ranges[..boxes.len()].copy_from_slice(&found[..boxes.len()]);
+        let count = boxes.len();
         any.clear();
         any.resize(words * count, 0);
-        let mut set = |lane: usize, bit: u32| {
-            any[lane * words + bit as usize / 64] |= 1 << (bit % 64);
+        let mut set = |number: usize, bit: u32| {
+            any[number * words + bit as usize / 64] |= 1 << (bit % 64);
         };
-        enclosure.decide(shared, source, (count, rows), &UNLIMITED, |choice, alive| {
+        enclosure.decide(shared, source, (&pieces, rows), &UNLIMITED, |choice, alive| {
             for (alive, side) in alive.into_iter().zip(0..) {
-                let lanes = (0..count).filter(|lane| alive >> lane & 1 == 1);
-                lanes.for_each(|lane| set(lane, 2 * choice + side));
+                let numbers = (0..count).filter(|number| alive >> number & 1 == 1);
+                numbers.for_each(|number| set(number, 2 * choice + side));
             }
         });
         if is_one && source.open > 0 && boxes.iter().all(|node| node.level == 0) {
-            self.remember(workspace, shared, boxes, ranges);
+            self.remember(workspace, shared, &pieces, boxes, ranges);
         }
         activity[..words * count].copy_from_slice(&any);
         workspace.rows = any;

@@ -3,6 +3,7 @@
 use super::Case;
 use crate::eval::{BRICK, Bound, Engine, NodeBox, Program, Sampler};
 use crate::expr::probe::Source;
+use crate::expr::{Binary, Node, Unary};
 use crate::num::Interval;
 
 /// The same enclosure to the bit, whatever the ends of what is NaN for certain.
@@ -11,16 +12,31 @@ fn same(a: Interval, b: Interval) -> bool {
     bits(a) == bits(b)
 }
 
+/// Whether what `a` says is no less than what `b` says.
+fn is_within(a: Interval, b: Interval) -> bool {
+    a.lo >= b.lo && a.hi <= b.hi && (b.nan || !a.nan)
+}
+
+/// Whether `node` jumps where something is rounded.
+fn rounds(node: Node) -> bool {
+    matches!(
+        node,
+        Node::Unary(Unary::Floor | Unary::Ceil | Unary::Round, _) | Node::Binary(Binary::Mod, ..)
+    )
+}
+
 /// Holds the ranges and the activity of a program to the interpreter's, from the whole grid down.
 ///
 /// Every box is cut in its eighths, as the octree does; some of them are left out now and then. The
-/// bits of a pruned program's activity are others.
+/// bits of a pruned program's activity are others, and where something is rounded its ranges may be
+/// narrower.
 pub(super) fn check(engine: Engine, bound: &Bound, case: &Case, source: &mut Source) {
     let Case { name, graph, root, coordinates } = case;
     let reference = Program::new(graph, *root, Engine::Interpreter).unwrap();
     let reference = reference.bind(coordinates.clone(), &super::parameters(graph));
     let bricks = bound.nodes().map(|n| ((n - 1) / BRICK) as u32);
     let top = bricks.iter().map(|b| b.next_power_of_two().ilog2()).max().unwrap() as u8;
+    let may_be_narrower = engine == Engine::Pruned && graph.iter().any(|(_, node)| rounds(node));
     let words = bound.activity_words();
     let other_words = reference.activity_words();
     let mut open = vec![([0; 3], vec![u64::MAX; words], vec![u64::MAX; other_words])];
@@ -46,7 +62,8 @@ pub(super) fn check(engine: Engine, bound: &Bound, case: &Case, source: &mut Sou
             let got = answer(bound, own, &activity);
             let expected = answer(&reference, other, &other_activity);
             for ((got, expected), b) in got.0.iter().zip(&expected.0).zip(&boxes) {
-                assert!(same(*got, *expected), "{name}: {got:?}, not {expected:?} over {b:?}");
+                let agree = same(*got, *expected) || may_be_narrower && is_within(*got, *expected);
+                assert!(agree, "{name}: {got:?}, not {expected:?} over {b:?}");
             }
             if engine != Engine::Pruned {
                 assert_eq!(got.1, expected.1, "{name}: activity of {boxes:?}");
