@@ -350,6 +350,16 @@ fn statistics_are_json() {
 }
 
 #[test]
+fn nothing_is_made_where_the_statistics_can_not_be_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let arguments = ["--stats", "missing/s.json", "-s", "0.1", "-o", "box.ply", "box"];
+    let output = cesogen(folder.path(), &arguments);
+    assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+    assert!(stderr(&output).contains("missing/s.json"), "{}", stderr(&output));
+    assert!(names(folder.path()).is_empty(), "{:?}", names(folder.path()));
+}
+
+#[test]
 fn measures_are_printed_as_a_table_or_json() {
     let folder = tempfile::tempdir().unwrap();
     let output =

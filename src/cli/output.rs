@@ -70,6 +70,18 @@ impl Output {
         }
     }
 
+    /// Whether `path` could be opened for writing now, so that long work is not done in vain.
+    ///
+    /// What is no regular file is not touched: whoever reads from it would take notice.
+    pub(super) fn probe(path: &Path) -> Result<(), OutputError> {
+        let touches = |data: fs::Metadata| data.is_file() || data.is_dir();
+        let is_safe = |target: PathBuf| fs::metadata(target).map_or(true, touches);
+        if path != Path::new("-") && resolve(path).map_or(true, is_safe) {
+            Self::open(path)?;
+        }
+        Ok(())
+    }
+
     /// The open file.
     pub(super) fn file(&self) -> &File {
         &self.file

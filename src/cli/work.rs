@@ -1,6 +1,7 @@
 //! From the arguments of a command that contours to a job and its settings.
 
 use super::args::{OverhangArguments, WorkArguments};
+use super::output::Output;
 use super::report::{self, Trouble, ValueFault};
 use crate::geom::{Aabb, Axis};
 use crate::job::{Job, Settings, Spacing};
@@ -21,8 +22,7 @@ pub(super) struct Work {
 
 /// Reads the options and the program, and says what is to be said about its meshes.
 pub(super) fn prepare(name: &str, arguments: &WorkArguments) -> Result<Work, Trouble> {
-    let WorkArguments { spacing, bounds, parameters, threads, quiet, stats: _, program } =
-        arguments;
+    let WorkArguments { spacing, bounds, parameters, threads, quiet, stats, program } = arguments;
     use_threads(*threads)?;
     let defined = lang::parameters::define(parameters, &Words)
         .map_err(|rejected| Trouble::Number { option: "--param", rejected })?;
@@ -41,6 +41,9 @@ pub(super) fn prepare(name: &str, arguments: &WorkArguments) -> Result<Work, Tro
         for unused in job.unused_parameters().iter().filter(|name| !used.contains(name.as_str())) {
             report::say(&format!("{name}: warning: the parameter `{unused}` is not used"));
         }
+    }
+    if let Some(path) = stats {
+        Output::probe(path)?;
     }
     let settings = Settings { spacing: chosen, bounds: box_to_contour, ..Settings::default() };
     Ok(Work { job, settings })
