@@ -224,12 +224,72 @@ fn a_density_moves_the_mesh_with_its_derivative() {
 }
 
 #[test]
+fn a_varying_density_moves_the_mesh_with_its_derivative() {
+    let text = "gyroid density 'r+a*x' box translate 0.5,0,0";
+    let start = [("r", 0.3), ("a", 0.1)];
+    let (settings, progress) = (Settings::with_spacing(0.05), Progress::new());
+    let job = Job::parse_with(text, &start).unwrap();
+    let own = job.field_measures(&settings, &progress).unwrap();
+    let exact = job.gradient(&settings, &progress).unwrap();
+    // The mean of x over the box, of volume 8, is 1/2.
+    for (k, expected) in [8.0, 4.0].into_iter().enumerate() {
+        let volume = own.by[k].derivatives.volume.value;
+        assert!((volume - expected).abs() < 0.02, "{volume}, not {expected}");
+        let at = |step: f64| {
+            let mut moved = start;
+            moved[k].1 += step;
+            Job::parse_with(text, &moved).unwrap().totals(&settings, &progress).unwrap()
+        };
+        let (low, high) = (at(-0.01), at(0.01));
+        let volume = (high.volume - low.volume) / 0.02;
+        let area = (high.area - low.area) / 0.02;
+        let found = exact.by[k].derivatives;
+        assert!((found.volume / volume - 1.0).abs() < 0.03, "{} is not {volume}", found.volume);
+        assert!((found.area - area).abs() < 0.05 * area.abs().max(5.0), "{} {area}", found.area);
+    }
+    for text in ["gyroid scale s density '0.3+0.1*x' box", "gyroid density '0.3+0.1*x' box scale s"]
+    {
+        let job = Job::parse_with(text, &[("s", 1.0)]).unwrap();
+        let fault = job.gradient(&settings, &progress).unwrap_err().to_string();
+        assert!(fault.contains("by `s` is not known"), "{fault}");
+    }
+}
+
+#[test]
 fn a_filled_part_has_its_density_inside_of_its_skin() {
     let program = "sphere gyroid fill size 0.5 density 0.3 skin 0.1";
     let found = volume(program, 0.02);
     let ball = |radius: f64| 4.0 / 3.0 * PI * radius.powi(3);
     let expected = ball(1.0) - 0.7 * ball(0.9);
     assert!((found / expected - 1.0).abs() < 1e-3, "{found}, not {expected}");
+}
+
+#[test]
+fn counted_cells_divide_the_box_of_the_part() {
+    let block = "box scale 2,1,1 translate 0.3,0,0";
+    let counted = volume(&format!("{block} gyroid fill count 4,2,3"), 0.05);
+    let placed = "gyroid scale 1,1,2/3 translate -1.7,-1,-1 intersection";
+    let expected = volume(&format!("{block} {placed}"), 0.05);
+    assert!((counted / expected - 1.0).abs() < 1e-12, "{counted}, not {expected}");
+    // They follow the part.
+    let mut job = Job::parse_with("box scale s gyroid fill count 3", &[("s", 1.0)]).unwrap();
+    let mut at = |s: f64| {
+        job.set_parameter("s", s).unwrap();
+        job.totals(&Settings::with_spacing(s / 30.0), &Progress::new()).unwrap().volume
+    };
+    let (one, two) = (at(1.0), at(2.0));
+    assert!((two / one - 8.0).abs() < 1e-9, "{one} {two}");
+}
+
+#[test]
+fn cells_that_can_not_be_counted_are_refused() {
+    let refused = |program: &str, cause: &str| {
+        let fault = Job::parse(program).unwrap_err().to_string();
+        assert!(fault.contains(cause), "{program}: {fault}");
+    };
+    refused("box gyroid fill count 3 size 2", "not both");
+    refused("'x' gyroid fill count 3", "not finite");
+    refused("box gyroid fill count 0", "must be positive");
 }
 
 #[test]

@@ -8,13 +8,18 @@
 //! with the derivatives of the volumes from the quadrature of the field. A quantity Q of the solid then
 //! changes by ∂Q/∂p + ∂Q/∂t dt/dp. That is exact for the levels of the solid itself; those of a grid
 //! differ by its error.
+//!
+//! Where a density varies in space, r_h is its mean over the part, and its derivative the mean of
+//! ∂r/∂p, both over the same points. The levels L(r) of uniform lattices stay as they are. So
+//! derivatives are refused by what changes L, which are parameters of the lattice, and by what
+//! moves the part's surface, where the mean would change with the place.
 
 use super::gradient::Field;
-use super::{Error, Settings};
+use super::{Error, Job, Settings};
 use crate::expr::{ParameterId, derive};
 use crate::measure::GridMotion;
 use crate::num::Progress;
-use crate::solid::Values;
+use crate::solid::{Fraction, Values};
 
 /// A level far beyond all values; see [`levels`](super::levels).
 const FAR: f64 = super::levels::FAR;
@@ -31,7 +36,8 @@ impl LevelRates {
     /// The derivatives of the levels at the end of `slots` by those before them, which have `motions`.
     ///
     /// # Errors
-    /// [`Error::Density`] for densities that vary in space, whose curves have no derivatives here.
+    /// [`Error::Density`] where a density varies in space and a parameter changes its lattice or
+    /// the part.
     pub(super) fn new(
         field: &Field<'_>,
         slots: &[ParameterId],
@@ -45,9 +51,11 @@ impl LevelRates {
         if fractions.is_empty() || named == 0 {
             return Ok(Self { named, rows: vec![Vec::new(); fractions.len()] });
         }
-        if let Some(varying) = fractions.iter().find(|fraction| fraction.curve.is_some()) {
-            let message = "derivatives by parameters are not known where a density varies in space";
-            return Err(Error::density(message.to_owned(), varying.span, &job.sources));
+        for varying in fractions.iter().filter(|fraction| fraction.curve.is_some()) {
+            let of_lattice = job.graph.parameters_of(&[varying.family]);
+            if let Some(slot) = slots[..named].iter().find(|slot| of_lattice.contains(slot)) {
+                return Err(unknown(job, varying, *slot, "the lattice"));
+            }
         }
         let volumes = |values: Vec<f64>| -> Result<(f64, Vec<f64>), Error> {
             let at = Field { values, ..field.clone() };
@@ -71,16 +79,31 @@ impl LevelRates {
             let (empty, empty_by) = volumes(with(-FAR))?;
             let (full, full_by) = volumes(with(FAR))?;
             let mut graph = job.graph.clone();
-            let share = Values::new(&graph, &field.values).of(fraction.target);
-            let share = share.unwrap_or(f64::NAN);
+            let mut target = vec![fraction.target];
+            let slope = |slot: &ParameterId| derive::by_parameter(&mut graph, target[0], *slot);
+            let slopes: Vec<_> = slots.iter().map(slope).collect();
+            target.extend(slopes);
+            let means = match fraction.curve {
+                None => {
+                    let mut values = Values::new(&graph, &field.values);
+                    target.iter().map(|node| values.of(*node).unwrap_or(f64::NAN)).collect()
+                }
+                Some(_) => {
+                    let (of, work) = ((&graph, &target[..]), (settings, progress));
+                    job.means_over_part(fraction, field.grid, &field.values, of, work)?
+                }
+            };
+            let (share, slopes) = (means[0], &means[1..]);
             let row: Vec<f64> = (0..slots.len())
                 .map(|s| {
-                    let slope = derive::by_parameter(&mut graph, fraction.target, slots[s]);
-                    let slope = Values::new(&graph, &field.values).of(slope).unwrap_or(0.0);
-                    let part = present[s] - empty_by[s] - share * (full_by[s] - empty_by[s]);
-                    part - slope * (full - empty)
+                    let part_by = full_by[s] - empty_by[s];
+                    if fraction.curve.is_some() && s < named && part_by != 0.0 {
+                        return Err(unknown(job, fraction, slots[s], "the part"));
+                    }
+                    let part = present[s] - empty_by[s] - share * part_by;
+                    Ok(part - slopes[s] * (full - empty))
                 })
-                .collect();
+                .collect::<Result<_, _>>()?;
             matrix.push(row);
         }
         Ok(Self { named, rows: solve(matrix, named) })
@@ -96,6 +119,17 @@ impl LevelRates {
             }
         }
     }
+}
+
+/// The error of a derivative by the parameter `slot`, which changes `what` of a varying density.
+fn unknown(job: &Job, fraction: &Fraction, slot: ParameterId, what: &str) -> Error {
+    let names = job.parameters().iter().map(|(name, _)| name);
+    let name = names.clone().find(|name| job.graph.slot(name) == Some(slot));
+    let name = name.map_or("a parameter", String::as_str);
+    let message = format!(
+        "the derivative by `{name}` is not known: it changes {what}, and a density varies in space"
+    );
+    Error::density(message, fraction.span, &job.sources)
 }
 
 /// The solution X of B X = -A for `matrix` = (A B), A having `named` columns, by elimination with

@@ -26,7 +26,7 @@ use super::gradient::Field;
 use super::{Error, Job, Settings};
 use crate::contour::{self, Grid};
 use crate::eval::interpret;
-use crate::expr::{Failure, NodeId, ParameterId};
+use crate::expr::{Failure, Graph, NodeId, ParameterId};
 use crate::geom::{Aabb, Axis};
 use crate::measure::GridMotion;
 use crate::num::Progress;
@@ -59,6 +59,10 @@ const FINER: f64 = 1.5;
 
 /// Cells along the longest side of the last grid, unless the job's own is finer.
 const LAST: f64 = 100.0;
+
+/// By how much the range of the densities at the points is widened, of its length: more than a varying
+/// density changes within a cell of [`POINTS`], of which there are 32 along a side.
+const MARGIN: f64 = 1.0 / 16.0;
 
 /// Steps of Newton's method on one grid, and passes over several levels.
 const MOST_STEPS: usize = 8;
@@ -202,13 +206,9 @@ impl Search<'_> {
     /// Finds the level, and the curve, of `fraction` from its values at `points`.
     fn by_points(&mut self, fraction: &Fraction, points: &[Vec<f64>; 3]) -> Result<Seen, Error> {
         let Fraction { level, family, target, curve, .. } = *fraction;
-        let field = self.job.solid.field;
-        let [low, high] = [-FAR, FAR].map(|far| self.with(level, far));
-        let full = self.at(points, &[field], &high)?;
-        let inside = chosen(points, |i| full[0][i] < 0.0);
-        let empty = self.at(&inside, &[field], &low)?;
-        let part = chosen(&inside, |i| empty[0][i] >= 0.0);
-        let [levels, shares] = &self.at(&part, &[family, target], &high)?[..] else {
+        let graph = &self.job.graph;
+        let part = self.part(fraction, points)?;
+        let [levels, shares] = &self.at(graph, &part, &[family, target], &self.values)?[..] else {
             return Err(self.job.no_density(fraction, "its field has no values"));
         };
         let asked = shares.iter().sum::<f64>() / shares.len() as f64;
@@ -227,9 +227,12 @@ impl Search<'_> {
             return Ok(Seen { asked, found: asked });
         };
         let values = shares.iter().copied();
-        let least = values.clone().fold(f64::INFINITY, f64::min).clamp(0.0, 1.0);
-        let greatest = values.fold(f64::NEG_INFINITY, f64::max).clamp(0.0, 1.0);
-        let greatest = greatest.max(least + TOLERANCE);
+        let least = values.clone().fold(f64::INFINITY, f64::min);
+        let greatest = values.fold(f64::NEG_INFINITY, f64::max);
+        // Between the points and the part's faces densities are beyond those of the points.
+        let margin = MARGIN * (greatest - least);
+        let least = (least - margin).clamp(0.0, 1.0);
+        let greatest = (greatest + margin).clamp(0.0, 1.0).max(least + TOLERANCE);
         let middle = 0.5 * (least + greatest);
         let found = coefficients(|u| level_of(middle + 0.5 * (greatest - least) * u));
         self.values[curve.ends[0].index()] = least;
@@ -247,9 +250,20 @@ impl Search<'_> {
         Ok(Seen { asked, found: asked })
     }
 
-    /// The values of `outputs` at `points`.
+    /// Those of `points` in the part that the lattice of `fraction` is put in.
+    fn part(&self, fraction: &Fraction, points: &[Vec<f64>; 3]) -> Result<[Vec<f64>; 3], Error> {
+        let (graph, field) = (&self.job.graph, [self.job.solid.field]);
+        let [low, high] = [-FAR, FAR].map(|far| self.with(fraction.level, far));
+        let full = self.at(graph, points, &field, &high)?;
+        let inside = chosen(points, |i| full[0][i] < 0.0);
+        let empty = self.at(graph, &inside, &field, &low)?;
+        Ok(chosen(&inside, |i| empty[0][i] >= 0.0))
+    }
+
+    /// The values of `outputs`, nodes of `graph`, at `points`.
     fn at(
         &self,
+        graph: &Graph,
         points: &[Vec<f64>; 3],
         outputs: &[NodeId],
         values: &[f64],
@@ -260,7 +274,7 @@ impl Search<'_> {
             let at = points.each_ref().map(|line| &line[start..end]);
             let mut found = vec![vec![0.0; end - start]; outputs.len()];
             let mut out: Vec<&mut [f64]> = found.iter_mut().map(Vec::as_mut_slice).collect();
-            interpret::points(&self.job.graph, outputs, at, values, &mut out)?;
+            interpret::points(graph, outputs, at, values, &mut out)?;
             Ok(found)
         };
         let batches = starts.into_par_iter().map(batch).collect::<Result<Vec<_>, _>>();
@@ -381,6 +395,27 @@ impl Search<'_> {
 }
 
 impl Job {
+    /// The means of `outputs`, nodes of `graph`, over the part that the lattice of `fraction` is put
+    /// in, where parameters have these `values`: those over the points that its target is averaged over.
+    ///
+    /// # Errors
+    /// [`Error::Contour`] if they can't be evaluated.
+    pub(super) fn means_over_part(
+        &self,
+        fraction: &Fraction,
+        grid: &Grid,
+        values: &[f64],
+        (graph, outputs): (&Graph, &[NodeId]),
+        (settings, progress): (&Settings, &Progress),
+    ) -> Result<Vec<f64>, Error> {
+        let search = Search { job: self, settings, progress, values: values.to_vec() };
+        let has_oracles = !self.graph.oracles().is_empty();
+        let points = spread(box_of(grid), POINTS[usize::from(has_oracles)]);
+        let part = search.part(fraction, &points)?;
+        let found = search.at(graph, &part, outputs, values)?;
+        Ok(found.iter().map(|values| values.iter().sum::<f64>() / values.len() as f64).collect())
+    }
+
     /// The error of a density that can't be had, and why.
     fn no_density(&self, fraction: &Fraction, cause: &str) -> Error {
         let mut values = Values::new(&self.graph, &[]);
