@@ -350,6 +350,20 @@ impl Field<'_> {
         })
     }
 
+    /// The solid's volume and its derivatives by the parameters `slots`, which do not move the box.
+    pub(super) fn volume(
+        &self,
+        slots: &[ParameterId],
+        settings: &Settings,
+        progress: &Progress,
+    ) -> Result<(f64, Vec<f64>), Error> {
+        let motions = vec![GridMotion::default(); slots.len()];
+        let found = self.with_rates(slots, Across::Both, settings, |bound, rates, chosen| {
+            quadrature::volume(bound, rates, &motions, self.grid, chosen, progress)
+        });
+        found.map(|(found, _)| found)
+    }
+
     /// Readies the program and its derivatives by the parameters `slots`, and runs `work`.
     fn with_rates<R>(
         &self,

@@ -28,7 +28,6 @@ use crate::contour::{self, Grid};
 use crate::eval::interpret;
 use crate::expr::{Failure, Graph, NodeId, ParameterId};
 use crate::geom::{Aabb, Axis};
-use crate::measure::GridMotion;
 use crate::num::Progress;
 use crate::solid::density::coefficients;
 use crate::solid::{Fraction, Values};
@@ -43,8 +42,9 @@ pub(super) const FAR: f64 = 1e6;
 /// Fractions on two successive grids may differ by this.
 const TOLERANCE: f64 = 2e-5;
 
-/// Fractions on one grid are solved to this, so that levels follow parameters smoothly.
-const EXCESS: f64 = 1e-9;
+/// An excess of which one step of Newton's method leaves some 1e-8, so that levels follow
+/// parameters smoothly: its slope is right to a thousandth.
+const EXCESS: f64 = 1e-5;
 
 /// Points where quadrature follows, and where it does not.
 const POINTS: [usize; 2] = [1 << 15, 1 << 20];
@@ -350,7 +350,9 @@ impl Search<'_> {
             found = (volume - empty) / part;
             first = first.or(Some(found));
             let excess = found - asked;
-            if excess.abs() <= EXCESS {
+            if excess.abs() <= EXCESS && rate > 0.0 {
+                level -= excess * part / rate;
+                found = asked;
                 break;
             }
             if excess > 0.0 {
@@ -382,12 +384,8 @@ impl Search<'_> {
         let Job { graph, solid, program, rates, .. } = self.job;
         let field =
             Field { job: self.job, graph, field: solid.field, program, rates, grid, values };
-        let motions = vec![GridMotion::default(); slots.len()];
-        match field.quadrature(slots, &motions, self.settings, self.progress) {
-            Ok((found, _)) => {
-                let rate = found.volume_by.first().map_or(0.0, |rate| rate.value);
-                Ok([found.volume.value, rate])
-            }
+        match field.volume(slots, self.settings, self.progress) {
+            Ok((volume, by)) => Ok([volume, by.first().copied().unwrap_or(0.0)]),
             Err(Error::Empty { .. }) => Ok([0.0; 2]),
             Err(fault) => Err(fault),
         }
