@@ -80,6 +80,7 @@
 //! | the input of another tool | a file in [`job::convert`], a line in [`job::loader`] | `tests/convert.rs` |
 //! | a subcommand | a file in [`cli`] | help is required; `tests/cli.rs` |
 #![cfg_attr(test, allow(clippy::unwrap_used))]
+#![cfg_attr(not(test), deny(clippy::disallowed_methods))]
 
 pub mod text;
 

@@ -177,7 +177,7 @@ impl Search<'_> {
             }
         }
         if has_oracles {
-            let error = 2.0 * (points[0].len() as f64).powf(-2.0 / 3.0);
+            let error = 2.0 * libm::pow(points[0].len() as f64, -2.0 / 3.0);
             let density = |(f, seen): (&Fraction, &Seen)| Density {
                 asked: seen.asked,
                 found: seen.found,
@@ -451,11 +451,18 @@ fn chosen(points: &[Vec<f64>; 3], kept: impl Fn(usize) -> bool) -> [Vec<f64>; 3]
     })
 }
 
+/// What a point is beyond the last in each axis, in parts of a cell: g^-1, g^-2 and g^-3, where g is
+/// the root of g^4 = g + 1.
+const STEPS: [f64; 3] = {
+    const G: f64 = 1.220_744_084_605_759_5;
+    [1.0 / G, 1.0 / (G * G), 1.0 / (G * G * G)]
+};
+
 /// About `count` points spread evenly over the box, by coordinate: one in each of as many cells, in
 /// blocks of [`SIDE`] cells a side, so that those evaluated together are close together.
 fn spread(bounds: Aabb, count: usize) -> [Vec<f64>; 3] {
     let size = bounds.size();
-    let cell = (size.element_product() / count as f64).cbrt();
+    let cell = libm::cbrt(size.element_product() / count as f64);
     let cells = size.to_array().map(|side| ((side / cell).round() as usize).max(1));
     let blocks = cells.map(|n| n.div_ceil(SIDE));
     let mut points: [Vec<f64>; 3] = [(); 3].map(|()| Vec::with_capacity(cells.iter().product()));
@@ -469,9 +476,7 @@ fn spread(bounds: Aabb, count: usize) -> [Vec<f64>; 3] {
                 for x in ends(0) {
                     number += 1;
                     for (axis, place) in [x, y, z].into_iter().enumerate() {
-                        // The root of g^4 = g + 1.
-                        let step = 1.220_744_084_605_759_5_f64.powi(-(axis as i32 + 1));
-                        let within = (0.5 + step * f64::from(number)).fract();
+                        let within = (0.5 + STEPS[axis] * f64::from(number)).fract();
                         let share = (place as f64 + within) / cells[axis] as f64;
                         points[axis].push(bounds.lo[axis] + size[axis] * share);
                     }

@@ -299,7 +299,8 @@ fn spread(mut values: Vec<(f64, f64)>) -> Option<Spread> {
     let (minimum, maximum) = (values.first()?.0, values.last()?.0);
     let whole: f64 = values.iter().map(|(_, weight)| weight).sum();
     let mean = values.iter().map(|(value, weight)| value * weight).sum::<f64>() / whole;
-    let squares = values.iter().map(|(value, weight)| (weight * (value - mean)).powi(2));
+    let parts = values.iter().map(|(value, weight)| weight * (value - mean));
+    let squares = parts.map(|part| part * part);
     let mean_error = squares.sum::<f64>().sqrt() / whole;
     let mut below = 0.0;
     let twentieth = values.iter().find(|(_, weight)| {

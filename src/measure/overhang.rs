@@ -9,6 +9,7 @@
 //! passes the threshold the triangles along that line are counted one way or the other, an error of
 //! first order in the spacing at most; flat faces have none but that of the mesh.
 
+use crate::num::elementary;
 use glam::DVec3;
 
 /// Which faces overhang.
@@ -52,7 +53,7 @@ impl Overhanging {
     pub fn new(overhang: &Overhang, extent: f64) -> Self {
         Self {
             up: overhang.up.normalize_or_zero(),
-            least: overhang.angle_deg.to_radians().cos(),
+            least: elementary::cos(overhang.angle_deg.to_radians()),
             slack: ON_PLATE * extent,
             floor: f64::INFINITY,
             on_floor: 0.0,

@@ -299,7 +299,7 @@ fn has_zero_area(corners: [[f64; 3]; 3]) -> bool {
     let [a, b, c] = corners.map(DVec3::from_array);
     // Scaling by a power of two keeps the squares of tiny and huge sides in range.
     let reach = (b - a).abs().max((c - a).abs()).max_element();
-    let scale = 2.0_f64.powi(-(libm::ilogb(reach).clamp(-1000, 1000)));
+    let scale = libm::ldexp(1.0, -(libm::ilogb(reach).clamp(-1000, 1000)));
     let [ab, bc, ca] = [(b - a) * scale, (c - b) * scale, (a - c) * scale];
     let longest = ab.length_squared().max(bc.length_squared()).max(ca.length_squared());
     ab.cross(ca).length() <= ON_A_LINE * longest

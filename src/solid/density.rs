@@ -17,6 +17,7 @@ use super::extent::Rule;
 use super::motions::vary;
 use super::{Solid, Span, Wall};
 use crate::expr::{Graph, Node, NodeId, ParameterId, Unary};
+use crate::num::elementary;
 
 /// Coefficients of the polynomial that turns densities into levels.
 pub const TERMS: usize = 12;
@@ -107,9 +108,10 @@ fn curve(graph: &mut Graph, target: NodeId) -> (Curve, NodeId) {
 #[must_use]
 pub fn coefficients(value: impl Fn(f64) -> f64) -> [f64; TERMS] {
     let angle = |j: usize| std::f64::consts::PI * (j as f64 + 0.5) / TERMS as f64;
-    let values: [f64; TERMS] = std::array::from_fn(|j| value(angle(j).cos()));
+    let values: [f64; TERMS] = std::array::from_fn(|j| value(elementary::cos(angle(j))));
     std::array::from_fn(|k| {
-        let terms = values.iter().enumerate().map(|(j, v)| v * (k as f64 * angle(j)).cos());
+        let terms =
+            values.iter().enumerate().map(|(j, v)| v * elementary::cos(k as f64 * angle(j)));
         let share = if k == 0 { 1.0 } else { 2.0 };
         share / TERMS as f64 * terms.sum::<f64>()
     })

@@ -24,6 +24,7 @@ use super::motions::vary;
 use super::warps::Warp;
 use crate::expr::{Graph, NodeId};
 use crate::geom::Axis;
+use crate::num::elementary;
 
 /// Nodes of the quadrature.
 const NODES: usize = 24;
@@ -70,7 +71,8 @@ fn mean_rate(graph: &mut Graph, axis: Axis, size: NodeId) -> NodeId {
 fn gauss_legendre() -> [(f64, f64); NODES] {
     std::array::from_fn(|i| {
         // The usual guess at root i of the polynomial, from the end +1.
-        let mut x = (std::f64::consts::PI * (i as f64 + 0.75) / (NODES as f64 + 0.5)).cos();
+        let guess = std::f64::consts::PI * (i as f64 + 0.75) / (NODES as f64 + 0.5);
+        let mut x = elementary::cos(guess);
         let mut slope = 1.0;
         for _ in 0..8 {
             let (mut before, mut value) = (1.0, x);

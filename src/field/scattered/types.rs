@@ -38,7 +38,7 @@ fn averaged(data: &Types, radii: &[f64]) -> Vec<Vec<f64>> {
             }
             let mut total = 0.0;
             for (other, kind) in at.iter().zip(types) {
-                let square: f64 = (0..3).map(|k| (point[k] - other[k]).powi(2)).sum();
+                let square: f64 = (0..3).map(|k| point[k] - other[k]).map(|d| d * d).sum();
                 let distance = square.sqrt();
                 if distance <= *radius {
                     let ratio = distance / (radius / 2.0);

@@ -74,7 +74,7 @@ fn sides(ring: &[[f64; 2]]) -> impl Iterator<Item = [[f64; 2]; 2]> + '_ {
 }
 
 fn distance(p: [f64; 2], q: [f64; 2]) -> f64 {
-    (p[0] - q[0]).hypot(p[1] - q[1])
+    libm::hypot(p[0] - q[0], p[1] - q[1])
 }
 
 #[cfg(test)]

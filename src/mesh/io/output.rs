@@ -20,7 +20,7 @@ impl Precision {
     /// to `largest`: single where that is at least four units in its last place.
     #[must_use]
     pub fn to_resolve(length: f64, largest: f64) -> Self {
-        let unit = 2.0_f64.powi(libm::ilogb(largest).clamp(-126, 1000) - 23);
+        let unit = libm::ldexp(1.0, libm::ilogb(largest).clamp(-126, 1000) - 23);
         // The comparison fails on NaN, and then nothing is known to suffice.
         if largest.abs() <= f64::from(f32::MAX) && length >= 4.0 * unit {
             Self::Single

@@ -177,7 +177,7 @@ pub(super) fn normal([a, b, c]: [DVec3; 3]) -> DVec3 {
 pub(super) fn least_angle_deg(points: [DVec3; 3]) -> f64 {
     let [a, b, c] = points;
     let area = normal(points).length();
-    let angle = |at: DVec3, p: DVec3, q: DVec3| area.atan2((p - at).dot(q - at));
+    let angle = |at: DVec3, p: DVec3, q: DVec3| libm::atan2(area, (p - at).dot(q - at));
     angle(a, b, c).min(angle(b, c, a)).min(angle(c, a, b)).to_degrees()
 }
 
