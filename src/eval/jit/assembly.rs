@@ -7,7 +7,6 @@ use cranelift_codegen::Context;
 use cranelift_codegen::ir::AbiParam;
 use cranelift_codegen::ir::types::I64;
 use cranelift_frontend::{FunctionBuilder, FunctionBuilderContext};
-use cranelift_jit::JITModule;
 use cranelift_module::{FuncId, Module};
 
 /// A module under construction.
@@ -21,14 +20,10 @@ pub(super) struct Assembly {
 impl Assembly {
     /// A module without functions.
     pub(super) fn new() -> Result<Self, CompileError> {
-        Ok(Self::on(host::module()?))
-    }
-
-    /// Goes on with `module`.
-    pub(super) fn on(module: JITModule) -> Self {
+        let module = host::module()?;
         let context = module.make_context();
         let builder = FunctionBuilderContext::new();
-        Self { memory: Memory::new(module), context, builder, functions: Vec::new() }
+        Ok(Self { memory: Memory::new(module), context, builder, functions: Vec::new() })
     }
 
     /// Compiles the function that `emit` writes, to be asked for at most `steps` steps, and numbers

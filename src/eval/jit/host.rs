@@ -3,7 +3,7 @@
 //! Promises that every program of a process is compiled with the same settings, found once.
 
 use super::CompileError;
-use cranelift_codegen::isa::{self, OwnedTargetIsa};
+use cranelift_codegen::isa::OwnedTargetIsa;
 use cranelift_codegen::settings::{self, Configurable, Flags};
 use cranelift_jit::{JITBuilder, JITModule};
 use cranelift_module::default_libcall_names;
@@ -15,12 +15,12 @@ fn target() -> Result<OwnedTargetIsa, CompileError> {
     TARGET.get_or_init(detect).as_ref().map(Arc::clone).map_err(Clone::clone)
 }
 
-fn detect() -> Result<OwnedTargetIsa, CompileError> {
-    with_flags(cranelift_native::builder().map_err(CompileError::Host)?)
-}
+/// The environment variable that has tests compile without the host's optional instructions.
+const PLAIN: &str = "ALVEOLE_TEST_PLAIN";
 
-/// The backend of `builder` with the settings of all programs.
-fn with_flags(isa: isa::Builder) -> Result<OwnedTargetIsa, CompileError> {
+fn detect() -> Result<OwnedTargetIsa, CompileError> {
+    let is_plain = cfg!(test) && std::env::var_os(PLAIN).is_some();
+    let isa = cranelift_native::builder_with_options(!is_plain).map_err(CompileError::Host)?;
     let mut builder = settings::builder();
     let verifier = if cfg!(any(test, debug_assertions)) { "true" } else { "false" };
     // `opt_level` beyond "none" moves every constant out of the loops and spills it there.
@@ -39,23 +39,12 @@ fn with_flags(isa: isa::Builder) -> Result<OwnedTargetIsa, CompileError> {
 
 /// A module without functions.
 pub(super) fn module() -> Result<JITModule, CompileError> {
-    Ok(module_for(target()?))
-}
-
-/// A module for a host that has none of the optional instructions.
-#[cfg(test)]
-pub(super) fn plain_module() -> Result<JITModule, CompileError> {
-    let builder = cranelift_native::builder_with_options(false).map_err(CompileError::Host)?;
-    Ok(module_for(with_flags(builder)?))
-}
-
-fn module_for(target: OwnedTargetIsa) -> JITModule {
-    let mut builder = JITBuilder::with_isa(target, default_libcall_names());
+    let mut builder = JITBuilder::with_isa(target()?, default_libcall_names());
     // Before SSE 4.1, x86-64 rounds by calls to the C library's names; a static binary has none.
     builder.symbol("floor", floor as *const u8);
     builder.symbol("ceil", ceil as *const u8);
     builder.symbol("nearbyint", nearest as *const u8);
-    JITModule::new(builder)
+    Ok(JITModule::new(builder))
 }
 
 extern "C" fn floor(a: f64) -> f64 {
@@ -68,4 +57,35 @@ extern "C" fn ceil(a: f64) -> f64 {
 
 extern "C" fn nearest(a: f64) -> f64 {
     a.round_ties_even()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::process::Command;
+
+    #[test]
+    fn every_test_of_compiled_programs_holds_without_optional_instructions() {
+        if std::env::var_os(PLAIN).is_some() {
+            let flags = target().unwrap().isa_flags();
+            let optional: Vec<_> = flags
+                .iter()
+                .filter(|flag| flag.as_bool() == Some(true))
+                .map(|flag| flag.name)
+                .collect();
+            assert!(optional.is_empty(), "{optional:?}");
+            return;
+        }
+        // The instructions are chosen once for a process.
+        let run = Command::new(std::env::current_exe().unwrap())
+            .args(["eval::jit", "eval::rates", "eval::enclosing"])
+            .env(PLAIN, "")
+            .output()
+            .unwrap();
+        let said = String::from_utf8_lossy(&run.stdout);
+        assert!(run.status.success(), "{said}");
+        for test in ["tests::every_operator_conforms", "host::tests::every_test", "ops::tests::"] {
+            assert!(said.contains(&format!("test eval::jit::{test}")), "{said}");
+        }
+    }
 }

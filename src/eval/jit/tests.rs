@@ -6,25 +6,32 @@ use crate::expr::Graph;
 use crate::expr::probe::{self, Raw, Simplified, Source};
 use crate::geom::Axis;
 use crate::num::Interval;
+use rayon::prelude::*;
 
 crate::eval::suite::conformance!(Engine::Compiled);
 
-/// Everything that a bound program answers about the first brick, as bits without NaN payloads.
-fn answers(bound: &Bound, nodes: &[u16], at: &[f64]) -> Vec<u64> {
+/// Everything that a bound program answers about the first brick, as bits without NaN payloads: with
+/// all regions active, and with those that the brick's range leaves, where samples are the same and
+/// lie in the range.
+fn answers(name: &str, bound: &Bound, nodes: &[u16], at: &[f64]) -> Vec<u64> {
     let mut memory = bound.workspace();
     let words = bound.activity_words();
     let mut activity = vec![u64::MAX; words];
     let mut answers = Vec::new();
-    let mut add = |values: &[f64]| {
-        answers.extend(values.iter().map(|v| if v.is_nan() { u64::MAX } else { v.to_bits() }));
-    };
-    for _ in 0..2 {
+    let bits = |v: f64| if v.is_nan() { u64::MAX } else { v.to_bits() };
+    let mut add = |values: &[f64]| answers.extend(values.iter().map(|v| bits(*v)));
+    let mut samples = Vec::new();
+    for is_pruned in [false, true] {
         let mut signs = [0; BRICK * BRICK];
         let mut values = [0.0; BRICK * BRICK * BRICK];
         bound.signs(&mut memory, [0; 3], &activity, &mut signs).unwrap();
         bound.values(&mut memory, [0; 3], &activity, &mut values).unwrap();
         add(&signs.map(f64::from));
         add(&values);
+        if is_pruned {
+            assert!(samples == values.map(bits), "{name}: samples of what is left of it");
+        }
+        samples = values.map(bits).to_vec();
         for axis in Axis::ALL {
             let mut values = vec![0.0; nodes.len()];
             let mut slopes = values.clone();
@@ -42,6 +49,9 @@ fn answers(bound: &Bound, nodes: &[u16], at: &[f64]) -> Vec<u64> {
         let everything = [NodeBox { level: 0, index: [0; 3] }];
         let mut range = [Interval::ANYTHING];
         bound.ranges(&mut memory, &everything, &mut activity, &mut range).unwrap();
+        let outside = values.iter().find(|value| !range[0].contains(**value));
+        assert!(outside.is_none(), "{name}: {outside:?} is not in {range:?}");
+        add(&[range[0].lo, range[0].hi, f64::from(u8::from(range[0].nan))]);
     }
     answers
 }
@@ -49,6 +59,7 @@ fn answers(bound: &Bound, nodes: &[u16], at: &[f64]) -> Vec<u64> {
 fn compare_random_expressions(count: usize, seed: u64) {
     let mut source = Source(seed);
     for i in 0..count {
+        let name = format!("expression {i} of seed {seed}");
         let mut graph = Graph::new();
         let size = 1 + source.below(if i % 10 == 0 { 120 } else { 40 });
         let tame = [0.5, 2.0, 0.0, -1.5, std::f64::consts::TAU];
@@ -67,9 +78,9 @@ fn compare_random_expressions(count: usize, seed: u64) {
         let [interpreted, compiled] = [Engine::Interpreter, Engine::Compiled].map(|engine| {
             let program = Program::new(&graph, root, engine).unwrap();
             let bound = program.bind([table.clone(), table.clone(), table.clone()], &parameters);
-            answers(&bound, &nodes, &at)
+            answers(&name, &bound, &nodes, &at)
         });
-        assert!(interpreted == compiled, "expression {i} of seed {seed}");
+        assert!(interpreted == compiled, "{name}");
     }
 }
 
@@ -82,6 +93,12 @@ fn random_expressions_are_compiled_to_the_interpreters_bits() {
 #[ignore = "a minute"]
 fn thousands_of_random_expressions_are_compiled_to_the_interpreters_bits() {
     compare_random_expressions(5000, 22);
+}
+
+#[test]
+#[ignore = "an hour"]
+fn a_million_random_expressions_are_compiled_to_the_interpreters_bits() {
+    (100..300_u64).into_par_iter().for_each(|seed| compare_random_expressions(5000, seed));
 }
 
 #[test]
