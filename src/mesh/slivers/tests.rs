@@ -46,10 +46,14 @@ fn globe() -> Mesh {
 }
 
 fn ball(points: &[[f64; 3]], out: &mut [[f64; 4]]) -> Result<(), Never> {
+    ball_of(0.7, points, out)
+}
+
+fn ball_of(radius: f64, points: &[[f64; 3]], out: &mut [[f64; 4]]) -> Result<(), Never> {
     for (point, out) in points.iter().zip(out) {
         let [x, y, z] = *point;
         let length = (x * x + y * y + z * z).sqrt();
-        *out = [length - 0.7, x / length, y / length, z / length];
+        *out = [length - radius, x / length, y / length, z / length];
     }
     Ok(())
 }
@@ -90,6 +94,22 @@ fn without_a_field_vertices_stay_where_they_are() {
     };
     assert!(found.merged > 100 && found.slid == 0);
     assert!(mesh.positions.iter().all(|p| known.contains(&p.map(f64::to_bits))));
+    assert!(check(&mesh).is_sound());
+}
+
+#[test]
+fn no_vertex_slides_out_of_the_box() {
+    let mut mesh = globe();
+    // The surface lies beyond the sides of the box next to the axes.
+    let side = 0.705;
+    let cut =
+        Cut { bounds: Aabb::new(glam::DVec3::splat(-side), glam::DVec3::splat(side)), ..cut() };
+    let mut larger = |points: &[[f64; 3]], out: &mut [[f64; 4]]| ball_of(0.71, points, out);
+    let Ok(found) = remove(&mut mesh, &cut, &Progress::new(), Some(&mut larger)) else {
+        panic!("nothing fails")
+    };
+    assert!(found.slid > 100, "{found:?}");
+    assert!(mesh.positions.iter().flatten().all(|c| c.abs() < side));
     assert!(check(&mesh).is_sound());
 }
 
