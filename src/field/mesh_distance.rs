@@ -17,6 +17,7 @@ use super::sides::{Cells, Sides};
 use super::sign::Side;
 use super::stand_ins::{Beside, For};
 use super::surface::{Surface, Unusable};
+use super::triangle::Feature;
 use crate::expr::{Failure, Interest, Oracle, Queries};
 use crate::geom::Aabb;
 use crate::mesh::Mesh;
@@ -26,8 +27,8 @@ use pulp::{Simd, WithSimd};
 use std::cell::RefCell;
 use std::fmt;
 
-/// Distance from a face, in units of the mesh's size, at which the direction from the closest
-/// point is mostly rounding.
+/// Distance from a face, in units of the mesh's size, or from an edge, in units of its length, at which the
+/// direction from the closest point is mostly rounding.
 const TOUCHING: f64 = 1.0 / (1_u64 << 44) as f64;
 
 /// The signed distance to a triangle mesh, negative inside, in model units.
@@ -141,13 +142,32 @@ impl MeshDistance {
     #[inline(always)]
     pub(super) fn answer_of(&self, found: &Found) -> Answer {
         let Found { nearest, distance, side, .. } = found;
-        let gradient = if *distance > TOUCHING {
+        let gradient = if *distance > TOUCHING || !self.is_touching(nearest, *distance) {
             side.sign() * nearest.closest.offset / *distance
         } else {
             self.faces.normal(nearest.face).unwrap_or(DVec3::ZERO)
         };
         // Division by a power of two is exact.
         Answer { value: side.sign() * (distance / self.faces.tree.frame().scale), gradient }
+    }
+
+    /// Whether the direction from a closest point so near is mostly rounding.
+    ///
+    /// Where an edge or a corner is closest, the normal of a face is not the slope of the value: a step of
+    /// Newton's method would miss the root by a part of the distance, each time that a mesh is read and contoured again.
+    #[cold]
+    fn is_touching(&self, nearest: &Nearest, distance: f64) -> bool {
+        match nearest.closest.feature {
+            // Its normal is the direction.
+            Feature::Face => true,
+            // The way from a corner nearby is a difference without rounding.
+            Feature::Vertex(_) => distance == 0.0,
+            // The rounding is that of the way along the edge.
+            Feature::Edge(i) => {
+                let corners = self.faces.surface.corners(nearest.face);
+                distance <= TOUCHING * corners[i].distance(corners[(i + 1) % 3])
+            }
+        }
     }
 
     /// Calls `run` with the scratch memory of this thread.
@@ -378,6 +398,22 @@ mod tests {
         ] {
             let found = gradient(&field, p.into());
             assert!(found.distance(expected.into()) < 1e-15, "{p:?} {found}");
+        }
+    }
+
+    #[test]
+    fn gradients_are_slopes_however_near_edges_and_corners() {
+        let field = mesh_distance(&cube(), "cube").unwrap();
+        for off in [1e-3, 1e-9, 1e-12, 2e-13, 1e-15] {
+            let corner = DVec3::new(-2.0, -1.0, -2.0) / 3.0;
+            let edge = DVec3::new(0.0, -0.6, -0.8);
+            for (foot, way) in [(DVec3::ZERO, corner), (DVec3::new(0.3, 0.0, 0.0), edge)] {
+                let p = foot + off * way;
+                let found = gradient(&field, p);
+                let expected = (p - foot) / (p - foot).length();
+                assert!(found.distance(expected) < 1e-2, "{off} {way} {found}");
+                assert!((value(&field, p) - (p - foot).length()).abs() < 1e-17, "{off} {way}");
+            }
         }
     }
 
