@@ -15,8 +15,13 @@ const LAST_STEP: f64 = 2e-5;
 /// believed to miss the curvature by no more than so many such parts.
 const MISSED: f64 = 16.0;
 
-/// Part of the curvature that is not believed in any case.
-const DOUBTED: f64 = 0.01;
+/// Part of the curvature that is not believed in any case, of a field that is smooth between kinks.
+pub(super) const DOUBTED: f64 = 0.01;
+
+/// The same of a field that may be linear there, as the distance to a mesh is: slopes at the ends of an edge are
+/// those of other faces. None of it is believed, and what it may bend the last step by is a small part of the tolerance,
+/// because a step that is bent for nothing misses by as much each time that a mesh is read back and contoured again.
+pub(super) const DOUBTED_ON_FACES: f64 = 16.0;
 
 /// An edge is bent where the slope at an end differs from the average slope by more than this part
 /// of that.
@@ -120,7 +125,7 @@ impl Landing {
     /// a guess has been made.
     ///
     /// A step u, in brackets, taken where the curvature is c, ends at u - c u², which c's error
-    /// times u² separates from the root. Terms of third order are below rounding where u is at most
+    /// times u² separates from the root, the part `doubted` of c at least. Terms of third order are below rounding where u is at most
     /// [`LAST_STEP`].
     #[inline(always)]
     pub(super) fn new(
@@ -128,6 +133,7 @@ impl Landing {
         value: f64,
         slope: f64,
         guess: [f64; 2],
+        doubted: f64,
         rounding: f64,
     ) -> Self {
         let ([at, inner, outer], [expected, curvature]) = (at, guess);
@@ -138,7 +144,7 @@ impl Landing {
         let between = (root - inner) * (root - outer) <= 0.0;
         let finite = slope.abs() < f64::INFINITY;
         let tolerance = tolerance(span.abs(), rounding);
-        let doubt = MISSED * (steep - expected).abs() + DOUBTED * (curvature * steep).abs();
+        let doubt = MISSED * (steep - expected).abs() + doubted * (curvature * steep).abs();
         let is_small = u.abs() <= LAST_STEP;
         let ends_there = is_small & (doubt * (u * u) * span.abs() <= tolerance * steep.abs());
         let is_nothing = (u * span).abs() <= tolerance;
@@ -202,21 +208,45 @@ mod tests {
             let at = 0.4 + off;
             let slope = (6.0 * (at - 0.4)).cos();
             let curvature = -18.0 * f(at) / slope;
-            let landing =
-                Landing::new([at, 0.0, 1.0], f(at), slope, [slope, curvature], f64::EPSILON);
+            let landing = Landing::new(
+                [at, 0.0, 1.0],
+                f(at),
+                slope,
+                [slope, curvature],
+                DOUBTED,
+                f64::EPSILON,
+            );
             assert!(!landing.is_good || (landing.root - 0.4).abs() < 2e-13, "{off}");
             assert_eq!(landing.is_good, off < LAST_STEP, "{off}");
             // A slope that was not foretold is that of another branch.
             let foretold = [0.5 * slope, curvature];
-            let landing = Landing::new([at, 0.0, 1.0], f(at), slope, foretold, f64::EPSILON);
+            let landing =
+                Landing::new([at, 0.0, 1.0], f(at), slope, foretold, DOUBTED, f64::EPSILON);
             assert_eq!(landing.is_good, off < 1e-7, "{off}");
         }
     }
 
     #[test]
+    fn a_landing_on_a_face_is_not_bent() {
+        // The slope is that of the guess by chance, whose cubic is bent.
+        let land = |off: f64, doubted| {
+            let (at, guess) = ([0.4 + off, 0.0, 1.0], [0.5, 2.0]);
+            Landing::new(at, 0.5 * off, 0.5, guess, doubted, f64::EPSILON)
+        };
+        for off in [1e-12_f64, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5] {
+            let landing = land(off, DOUBTED_ON_FACES);
+            assert_eq!(landing.is_good, off < 5e-8, "{off}");
+            assert!(!landing.is_good || (landing.root - 0.4).abs() < 4e-16, "{off}");
+        }
+        let bent = land(1e-6, DOUBTED);
+        assert!(bent.is_good && (bent.root - 0.4).abs() > 1e-12, "{}", bent.root);
+    }
+
+    #[test]
     fn nothing_lands_on_a_plateau_or_a_jump() {
         for (value, slope) in [(0.0, 0.0), (0.0, f64::NAN), (-1.0, 0.0), (1.0, f64::INFINITY)] {
-            let landing = Landing::new([0.5, 0.0, 1.0], value, slope, [1.0, 0.0], f64::EPSILON);
+            let landing =
+                Landing::new([0.5, 0.0, 1.0], value, slope, [1.0, 0.0], DOUBTED, f64::EPSILON);
             assert!(!landing.is_good, "{value} {slope}");
         }
     }

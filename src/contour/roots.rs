@@ -20,7 +20,7 @@
 
 use super::bits::SIDE;
 use super::grid::TAU;
-use super::guess::{Guess, Landing, Moved, tolerance};
+use super::guess::{DOUBTED, DOUBTED_ON_FACES, Guess, Landing, Moved, tolerance};
 use crate::eval::sampler::Failure;
 use crate::eval::{BRICK, End, Sampler};
 use crate::geom::Axis;
@@ -229,8 +229,9 @@ impl Lanes {
         }
         arch.dispatch(Starting { lanes: self, n });
         ask.evaluate(&mut self.guesses.points, n)?;
-        if arch.dispatch(Settling { lanes: self, n, rounding }) > 0 {
-            self.persist(arch, ask, nodes, rounding)?;
+        let doubted = if ask.sampler.is_faceted() { DOUBTED_ON_FACES } else { DOUBTED };
+        if arch.dispatch(Settling { lanes: self, n, doubted, rounding }) > 0 {
+            self.persist(arch, ask, nodes, doubted, rounding)?;
         }
         Ok(())
     }
@@ -242,6 +243,7 @@ impl Lanes {
         arch: Arch,
         ask: &mut Query<'_, S>,
         nodes: &[u16],
+        doubted: f64,
         rounding: f64,
     ) -> Result<(), Failure> {
         let Self { ends, guesses, open, resistant, .. } = self;
@@ -260,7 +262,7 @@ impl Lanes {
         let roots = &mut guesses.points.at;
         let mut begun = 0;
         for round in 0..MOST_ROUNDS {
-            let open = arch.dispatch(Advancing { lanes: resistant, n, rounding, round });
+            let open = arch.dispatch(Advancing { lanes: resistant, n, doubted, rounding, round });
             if open == 0 {
                 break;
             }
@@ -344,6 +346,7 @@ impl NullaryFnOnce for Starting<'_> {
 struct Settling<'a> {
     lanes: &'a mut Lanes,
     n: usize,
+    doubted: f64,
     rounding: f64,
 }
 
@@ -352,7 +355,7 @@ impl NullaryFnOnce for Settling<'_> {
 
     #[inline(always)]
     fn call(self) -> usize {
-        let Self { lanes, n, rounding } = self;
+        let Self { lanes, n, doubted, rounding } = self;
         let Lanes { ends: [inner, outer], guesses, open, near, .. } = lanes;
         let Guesses { points, expected, curvature } = guesses;
         let mut still = 0;
@@ -360,7 +363,7 @@ impl NullaryFnOnce for Settling<'_> {
             let at = [points.at[lane], inner.at[lane], outer.at[lane]];
             let (value, slope) = (points.value[lane], points.slope[lane]);
             let guess = [expected[lane], curvature[lane]];
-            let landing = Landing::new(at, value, slope, guess, rounding);
+            let landing = Landing::new(at, value, slope, guess, doubted, rounding);
             let root = if landing.is_good { landing.root } else { at[0] };
             // Rather too near than not; where an open lane's root is, is not known yet.
             let margin = 2.0 * TAU * (at[2] - at[1]).abs();
@@ -379,6 +382,7 @@ impl NullaryFnOnce for Settling<'_> {
 struct Advancing<'a> {
     lanes: &'a mut Resistant,
     n: usize,
+    doubted: f64,
     rounding: f64,
     round: usize,
 }
@@ -388,11 +392,11 @@ impl NullaryFnOnce for Advancing<'_> {
 
     #[inline(always)]
     fn call(self) -> usize {
-        let Self { lanes, n, rounding, round } = self;
+        let Self { lanes, n, doubted, rounding, round } = self;
         if round < EARLY {
-            lanes.advance::<true>(n, rounding)
+            lanes.advance::<true>(n, doubted, rounding)
         } else {
-            lanes.advance::<false>(n, rounding)
+            lanes.advance::<false>(n, doubted, rounding)
         }
     }
 }
@@ -403,7 +407,7 @@ impl Resistant {
     /// Where Newton's step is no good the bracket is halved. In `EARLY` rounds the guess from both
     /// ends of the bracket comes first.
     #[inline(always)]
-    fn advance<const EARLY: bool>(&mut self, n: usize, rounding: f64) -> usize {
+    fn advance<const EARLY: bool>(&mut self, n: usize, doubted: f64, rounding: f64) -> usize {
         let Self { ends: [inner, outer], guesses, step, length, open, .. } = self;
         let Guesses { points, expected, curvature } = guesses;
         let mut still = 0;
@@ -411,7 +415,7 @@ impl Resistant {
             let (at, value, slope) = (points.at[lane], points.value[lane], points.slope[lane]);
             let bracket = [at, inner.at[lane], outer.at[lane]];
             let guess = [expected[lane], curvature[lane]];
-            let landing = Landing::new(bracket, value, slope, guess, rounding);
+            let landing = Landing::new(bracket, value, slope, guess, doubted, rounding);
             let lands = EARLY & landing.is_good;
 
             // The end of the bracket that moves here, and the change of the slope on the way.

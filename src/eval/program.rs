@@ -144,18 +144,24 @@ impl Program {
         for table in &coordinates {
             assert!(table.len() % BRICK == 1, "a table has a multiple of sixteen nodes plus one");
         }
-        Bound(match &self.0 {
+        let kind = match &self.0 {
             Kind::Whole(whole) => BoundKind::Whole(Box::new(whole.bind(&coordinates, parameters))),
             Kind::Pruned(pruned) => {
                 BoundKind::Pruned(Box::new(pruned.bind(coordinates, parameters)))
             }
-        })
+        };
+        let is_faceted = self.lowered().graph.oracles().iter().any(|oracle| oracle.is_faceted());
+        Bound { kind, is_faceted }
     }
 }
 
 /// A program bound to a grid and to values of its parameters.
 #[derive(Debug)]
-pub struct Bound(BoundKind);
+pub struct Bound {
+    kind: BoundKind,
+    /// Whether an oracle of the program is.
+    is_faceted: bool,
+}
 
 #[derive(Debug)]
 enum BoundKind {
@@ -176,7 +182,7 @@ enum Memory {
 /// Does the same with either kind of program and its memory.
 macro_rules! either {
     ($own:expr, $workspace:expr, |$bound:ident, $memory:ident| $answer:expr) => {
-        match (&$own.0, &mut $workspace.0) {
+        match (&$own.kind, &mut $workspace.0) {
             (BoundKind::Whole($bound), Memory::Whole($memory)) => $answer,
             (BoundKind::Pruned($bound), Memory::Pruned($memory)) => $answer,
             (BoundKind::Whole(_), Memory::Pruned(_)) | (BoundKind::Pruned(_), Memory::Whole(_)) => {
@@ -190,24 +196,28 @@ impl Sampler for Bound {
     type Workspace = Workspace;
 
     fn workspace(&self) -> Workspace {
-        Workspace(match &self.0 {
+        Workspace(match &self.kind {
             BoundKind::Whole(bound) => Memory::Whole(Box::new(bound.workspace())),
             BoundKind::Pruned(bound) => Memory::Pruned(Box::new(bound.workspace())),
         })
     }
 
     fn nodes(&self) -> [usize; 3] {
-        match &self.0 {
+        match &self.kind {
             BoundKind::Whole(bound) => bound.nodes(),
             BoundKind::Pruned(bound) => bound.nodes(),
         }
     }
 
     fn activity_words(&self) -> usize {
-        match &self.0 {
+        match &self.kind {
             BoundKind::Whole(bound) => bound.activity_words(),
             BoundKind::Pruned(bound) => bound.activity_words(),
         }
+    }
+
+    fn is_faceted(&self) -> bool {
+        self.is_faceted
     }
 
     fn ranges(

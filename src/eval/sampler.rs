@@ -124,6 +124,11 @@ pub trait Sampler: Sync {
         values: &mut [f64; BRICK * BRICK * BRICK],
     ) -> Result<(), Failure>;
 
+    /// Whether the field may be [linear in pieces](crate::expr::Oracle::is_faceted).
+    fn is_faceted(&self) -> bool {
+        false
+    }
+
     /// Sets up a batch of grid edges along `axis` of the cells of one brick.
     ///
     /// An edge is given by the number of its lower node ([`node_at`]), which is on no far face

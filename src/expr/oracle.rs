@@ -114,6 +114,12 @@ pub trait Oracle: fmt::Debug + Send + Sync {
     /// An enclosure of the values over the box with the given sides.
     fn range(&self, at: [Interval; 3]) -> Interval;
 
+    /// Whether the values are linear in pieces, as the distance to flat faces is near them: then slopes at
+    /// two points say nothing of a curvature between.
+    fn is_faceted(&self) -> bool {
+        false
+    }
+
     /// An upper bound of the gradient's length; infinite if none is known.
     fn lipschitz(&self) -> f64 {
         f64::INFINITY

@@ -297,6 +297,10 @@ impl Oracle for MeshDistance {
         Ok(())
     }
 
+    fn is_faceted(&self) -> bool {
+        true
+    }
+
     fn brick(&self, at: [&[f64]; 3], value: &mut [f64]) -> Result<(), Failure> {
         self.with_memory(|memory| {
             pulp::Arch::new().dispatch(Brick { field: self, at, value, memory });
