@@ -127,7 +127,7 @@ impl Job {
 }
 
 /// The box that `grid` fills.
-fn box_of(grid: &Grid) -> Aabb {
+pub(super) fn box_of(grid: &Grid) -> Aabb {
     let end = |pick: fn(&[f64]) -> Option<&f64>| {
         DVec3::from_array(Axis::ALL.map(|axis| pick(grid.placed(axis)).copied().unwrap_or(0.0)))
     };

@@ -45,6 +45,7 @@ mod report;
 mod slices;
 mod slivers;
 pub mod structure;
+pub mod study;
 mod survey;
 
 pub use gradient::{By, FieldMeasures, FieldSlopes, Gradient, Quantities};
@@ -129,6 +130,17 @@ pub enum Spacing {
     Hundredth,
     /// The distance along each axis, in model units, positive.
     Each(DVec3),
+}
+
+impl Spacing {
+    /// The distance along each axis, in model units, for a grid of the box `bounds`.
+    #[must_use]
+    pub fn within(self, bounds: Aabb) -> DVec3 {
+        match self {
+            Self::Hundredth => DVec3::splat(bounds.size().max_element() / 100.0),
+            Self::Each(spacing) => spacing,
+        }
+    }
 }
 
 /// Why a job failed.
@@ -364,11 +376,7 @@ impl Job {
     /// [`Error::Bounds`] or [`Error::Grid`].
     pub fn grid(&self, settings: &Settings) -> Result<Grid, Error> {
         let bounds = settings.bounds.map_or_else(|| self.bounds(), Ok)?;
-        let spacing = match settings.spacing {
-            Spacing::Hundredth => DVec3::splat(bounds.size().max_element() / 100.0),
-            Spacing::Each(spacing) => spacing,
-        };
-        Ok(Grid::new(bounds, spacing)?)
+        Ok(Grid::new(bounds, settings.spacing.within(bounds))?)
     }
 
     /// The mesh of the solid, in memory.
