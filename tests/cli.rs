@@ -516,6 +516,59 @@ fn derivatives_and_field_measures_are_printed_as_a_table_or_json() {
 }
 
 #[test]
+fn experiments_print_tables_or_json_and_draw() {
+    let folder = tempfile::tempdir().unwrap();
+    let study = |arguments: &[&str]| run(ALVEOLE, folder.path(), &[&["study"], arguments].concat());
+    let output = study(&["roundtrip", "--times", "12", "-s", "0.2", "--plot", "e.svg", "sphere"]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let table = stdout(&output);
+    let numbers =
+        table.lines().skip(1).map_while(|line| line.split(' ').next()?.parse::<u32>().ok());
+    assert_eq!(numbers.collect::<Vec<_>>(), [0, 1, 2, 5, 10, 12], "{table}");
+    for part in
+        ["points L2", "centres max", "moved", "fixed point", "PLY of 64-bit", "10 x 10 x 10"]
+    {
+        assert!(table.contains(part), "{part}: {table}");
+    }
+    let plot = fs::read_to_string(folder.path().join("e.svg")).unwrap();
+    assert!(plot.starts_with("<svg ") && plot.contains("round trip"), "{plot}");
+    let arguments =
+        ["hierarchy", "--format", "stl", "-s", "r/4", "--param", "r=1", "sphere", "shell r"];
+    let output = study(&arguments);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let table = stdout(&output);
+    for part in ["sequential", "ratio", "STL of 32-bit", "step 2  sphere shell r\n"] {
+        assert!(table.contains(part), "{part}: {table}");
+    }
+    assert_eq!(names(folder.path()), ["e.svg"]);
+    let refused = |arguments: &[&str], code: i32, words: &[&str]| {
+        let output = study(arguments);
+        let said = stderr(&output);
+        assert_eq!(output.status.code(), Some(code), "{arguments:?}: {said}");
+        assert!(words.iter().all(|word| said.contains(word)), "{arguments:?}: {said}");
+    };
+    refused(&["roundtrip", "--times", "0", "sphere"], 2, &["--times"]);
+    refused(&["roundtrip", "--plot", "e.png", "sphere"], 2, &["--plot", "e.png", ".svg"]);
+    refused(&["roundtrip", "--plot", "no/e.svg", "sphere"], 1, &["no/e.svg"]);
+    let double = ["roundtrip", "--format", "stl", "--precision", "double", "sphere"];
+    refused(&double, 2, &["--precision", "STL", "single"]);
+    refused(&["roundtrip", "gyroid"], 1, &["unbounded"]);
+    refused(&["roundtrip"], 2, &["PROGRAM"]);
+    refused(&["hierarchy"], 2, &["STEP"]);
+    refused(&["hierarchy", "sphere", "gyrod"], 2, &["gyrod", "gyroid"]);
+    refused(&["hierarchy", "sphere", "union"], 2, &["union"]);
+    refused(&["hierarchy", "sphere", "box translate 5,0,0"], 1, &["empty"]);
+    assert_eq!(study(&[]).status.code(), Some(2));
+    for experiment in ["roundtrip", "hierarchy"] {
+        let help = stdout(&study(&[experiment, "--help"]));
+        for part in ["section 4.2", "--precision", "--bounds", "gyroid"] {
+            assert!(help.contains(part), "{experiment}: {part}: {help}");
+        }
+    }
+    assert_eq!(names(folder.path()), ["e.svg"]);
+}
+
+#[test]
 fn check_tells_sound_meshes_from_others() {
     let folder = tempfile::tempdir().unwrap();
     assert!(cesogen(folder.path(), &["-s", "0.5", "-o", "good.off", "box"]).status.success());

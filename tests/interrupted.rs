@@ -266,3 +266,33 @@ fn an_interruption_behind_a_link_keeps_link_and_target() {
     assert_eq!(fs::read(&link).unwrap(), OLD);
     assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
 }
+
+#[test]
+fn an_interrupted_experiment_leaves_no_files_that_passed() {
+    let (folder, temporary) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    for (signal, milliseconds) in [("INT", 0), ("TERM", 30), ("HUP", 250)] {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_alveole"))
+            .args(["study", "roundtrip", "-q", "--times", "1000000", "-s", "0.1"])
+            .args(["--plot", "errors.svg", "sphere"])
+            .current_dir(folder.path())
+            .env("TMPDIR", temporary.path())
+            .stdin(Stdio::null())
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        while others(temporary.path(), "nothing").is_empty() {
+            assert!(child.try_wait().unwrap().is_none(), "the run ended before it began");
+            std::thread::sleep(Duration::from_millis(2));
+        }
+        std::thread::sleep(Duration::from_millis(milliseconds));
+        send(&child, signal);
+        let output = child.wait_with_output().unwrap();
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!((output.status.code(), &*said), (Some(130), ""), "{signal}");
+        for place in [temporary.path(), folder.path()] {
+            let left = others(place, "nothing");
+            assert!(left.is_empty(), "{signal} left {left:?}");
+        }
+    }
+}

@@ -37,19 +37,29 @@ fn with_words(words: &[&str]) -> Vec<String> {
 #[test]
 fn files_are_opened_in_few_places_by_names_that_the_user_gave() {
     // `mesh/io/open.rs` is called by `mesh::io::input`, with the path of a mesh, and by `job::loader`,
-    // with the names that words of a program are; the others open what they made or what the
-    // system tells about this process. No reader of a format is among them.
+    // with the names that words of a program are; the others open what they made, `job/study` in the folder
+    // that it is given, or what the system tells about this process. No reader of a format is among them.
     let words = ["File::open", "File::options", "File::create", "fs::read", "OpenOptions"];
     assert_eq!(
         with_words(&words),
-        ["cli/output.rs", "cli/stats.rs", "mesh/io/direct.rs", "mesh/io/open.rs", "num/memory.rs"]
+        [
+            "cli/output.rs",
+            "cli/stats.rs",
+            "job/study/passage.rs",
+            "mesh/io/direct.rs",
+            "mesh/io/open.rs",
+            "num/memory.rs",
+        ]
     );
     // Who reads by that one place, and who writes by `cli/output.rs`.
     assert_eq!(
         with_words(&["io::open::open", "super::open::open", "open::open}"]),
         ["job/loader.rs", "mesh/io/input.rs"]
     );
-    assert_eq!(with_words(&["Output::open("]), ["cli/mesh.rs", "cli/slice.rs", "cli/stats.rs"]);
+    assert_eq!(
+        with_words(&["Output::open("]),
+        ["cli/mesh.rs", "cli/slice.rs", "cli/stats.rs", "cli/study.rs"]
+    );
 }
 
 #[test]

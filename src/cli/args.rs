@@ -3,7 +3,7 @@
 //! Options come first; everything from the first operand on belongs to the program, whatever it
 //! begins with, and `--` ends the options early.
 
-use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint};
+use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint, value_parser};
 use clap_complete::Shell;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
@@ -28,6 +28,12 @@ pub(super) enum Command {
     Slice(SliceArguments),
     /// Check and measure a mesh file
     Check(CheckArguments),
+    /// Find out what a solid loses on its way through files: round trips, and programs in steps
+    Study {
+        /// The experiment
+        #[command(subcommand)]
+        study: Study,
+    },
     /// Print the program that the input of another tool stands for: ASLI's config.yml, Scaffolder's line
     Convert(ConvertArguments),
     /// Answer requests on standard input, a line of JSON each, keeping programs compiled
@@ -60,7 +66,10 @@ impl Programmed for Alveole {
             Command::Mesh(arguments) => &arguments.work.program,
             Command::Measure(arguments) => &arguments.work.program,
             Command::Slice(arguments) => &arguments.work.program,
-            Command::List(_)
+            Command::Study { study: Study::Roundtrip(arguments) } => &arguments.work.program,
+            // Its operands are texts, not words.
+            Command::Study { study: Study::Hierarchy(_) }
+            | Command::List(_)
             | Command::Check(_)
             | Command::Convert(_)
             | Command::Serve(_)
@@ -179,6 +188,94 @@ pub(super) enum AxisArgument {
     Y,
     /// Planes seen from above: x to the right, y up
     Z,
+}
+
+/// An experiment on solids that pass through files.
+#[derive(Debug, Subcommand)]
+pub(super) enum Study {
+    /// Mesh a solid, write the mesh, read it back and mesh it again, many times
+    ///
+    /// Prints, of the mesh after each trip, the four errors of the Cesogen paper, section 4.2: at vertices (points) and at
+    /// the centres of triangles, the root mean square (L2) and the maximum of what the field of the
+    /// program is there, over the diagonal of the grid. On one grid a mesh is a fixed point, up to rounding. The
+    /// paper's figure 10 is `-s 4/100 box scale 4 sphere scale 4 gyroid scale 4`.
+    Roundtrip(RoundtripArguments),
+    /// Make a solid in steps, each on the file of the step before, and at once, and compare
+    ///
+    /// Each STEP is the text of a program that begins with what the steps before have made as its first shape: `gyroid`
+    /// intersects it with a gyroid, `gyroid union` joins one, `shell 0.1` makes it a wall. Prints, of each step,
+    /// the four errors of the Cesogen paper, section 4.2, of the mesh of all steps at once (direct) and of the mesh made from
+    /// the file of the step before (sequential), both to the field of all steps at once, and their ratio.
+    /// The paper's figure 5 is `-s 4/130 'box scale 4 sphere scale 5' 'p-surface scale 4'
+    /// 'd-surface scale 3.75' 'gyroid scale 1.25'`.
+    Hierarchy(HierarchyArguments),
+}
+
+#[derive(Debug, Args)]
+pub(super) struct RoundtripArguments {
+    /// How often to write, read and mesh
+    #[arg(long, value_name = "N", default_value = "10", value_parser = value_parser!(u32).range(1..))]
+    pub(super) times: u32,
+
+    /// Move the grid of each trip by another part of a cell: the fractional parts of the trip's number times
+    /// 0.8192, 0.6710 and 0.5497 along x, y and z; it is a cell larger than that of the first mesh. Each trip then
+    /// cuts off what is convex and fills what is concave, by the spacing squared over the radius
+    #[arg(long)]
+    pub(super) shift: bool,
+
+    /// Draw the errors over the trips, on a logarithmic scale
+    #[arg(long, value_name = "FILE.svg", value_hint = ValueHint::FilePath)]
+    pub(super) plot: Option<PathBuf>,
+
+    #[command(flatten)]
+    pub(super) passage: PassageArguments,
+
+    #[command(flatten)]
+    pub(super) work: WorkArguments,
+}
+
+#[derive(Debug, Args)]
+#[command(mut_arg("program", |argument| argument
+    .value_name("STEP")
+    .help("The steps in order, each the text of a program in one argument")))]
+pub(super) struct HierarchyArguments {
+    #[command(flatten)]
+    pub(super) passage: PassageArguments,
+
+    #[command(flatten)]
+    pub(super) work: WorkArguments,
+}
+
+/// What the files of an experiment are.
+#[derive(Debug, Args)]
+pub(super) struct PassageArguments {
+    /// Format of the files, which are in a temporary folder
+    #[arg(long, value_enum, value_name = "FORMAT", default_value = "ply")]
+    pub(super) format: FormatArgument,
+
+    /// Coordinates in the files as 32-bit or 64-bit numbers [default: double; STL holds single only]
+    #[arg(long, value_enum, value_name = "PRECISION")]
+    pub(super) precision: Option<PrecisionArgument>,
+
+    /// Print JSON instead of a table: every trip or step, and the errors by |f| / |grad f|, too
+    #[arg(long)]
+    pub(super) json: bool,
+}
+
+/// A mesh format.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum FormatArgument {
+    /// Stanford polygon format
+    Ply,
+    /// Stereolithography triangles
+    Stl,
+    /// 3D Manufacturing Format
+    #[value(name = "3mf")]
+    ThreeMf,
+    /// Wavefront OBJ
+    Obj,
+    /// Object File Format of Geomview
+    Off,
 }
 
 /// What every command takes that contours a solid.

@@ -1,7 +1,7 @@
 //! Leaving nothing behind when the program is interrupted.
 //!
-//! On Ctrl-C, and on the termination and hang-up signals, the unfinished output is removed and the
-//! process ends with code 130. The handler runs on a thread of its own.
+//! On Ctrl-C, and on the termination and hang-up signals, the unfinished output and the folder for passing files
+//! are removed and the process ends with code 130. The handler runs on a thread of its own.
 
 use std::path::PathBuf;
 use std::process;
@@ -13,9 +13,19 @@ pub(super) const INTERRUPTED: i32 = 130;
 /// The file to remove on interruption. Holding the lock keeps the handler waiting.
 static UNFINISHED: Mutex<Option<PathBuf>> = Mutex::new(None);
 
+/// The folder to remove on interruption, likewise.
+static SCRATCH: Mutex<Option<PathBuf>> = Mutex::new(None);
+
 fn unfinished() -> MutexGuard<'static, Option<PathBuf>> {
     UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
 }
+
+fn scratch() -> MutexGuard<'static, Option<PathBuf>> {
+    SCRATCH.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// How often removing a folder is tried that others still fill.
+const MOST_REMOVALS: usize = 8;
 
 /// Installs the handler; without one (a second call, an exotic system) interruption ends the
 /// process as the system does.
@@ -25,6 +35,12 @@ pub(super) fn install() {
     let _ = ctrlc::set_handler(|| {
         if let Some(path) = unfinished().take() {
             let _ = std::fs::remove_file(path);
+        }
+        // Held to the end, so that work that fails for want of its folder waits here and says nothing.
+        let scratch = scratch();
+        if let Some(folder) = scratch.as_deref() {
+            // A file that is made in it meanwhile is one that was not removed.
+            let _ = (0..MOST_REMOVALS).find(|_| std::fs::remove_dir_all(folder).is_ok());
         }
         process::exit(INTERRUPTED);
     });
@@ -52,6 +68,21 @@ pub(super) fn guard<T, E>(create: impl FnOnce() -> Result<(T, PathBuf), E>) -> R
     let (made, path) = create()?;
     *unfinished = Some(path);
     Ok(made)
+}
+
+/// Runs `create`, which makes the folder for passing files and tells its path, as [`guard`] does.
+pub(super) fn guard_folder<T, E>(create: impl FnOnce() -> Result<(T, PathBuf), E>) -> Result<T, E> {
+    let mut scratch = scratch();
+    let (made, path) = create()?;
+    *scratch = Some(path);
+    Ok(made)
+}
+
+/// Runs `remove`, which removes the folder; an interruption waits for it.
+pub(super) fn forget_folder(remove: impl FnOnce()) {
+    let mut scratch = scratch();
+    remove();
+    *scratch = None;
 }
 
 /// The file is finished or gone: nothing is left to remove.

@@ -6,6 +6,7 @@
 
 mod args;
 mod bar;
+mod chart;
 mod check;
 mod convert;
 mod interrupt;
@@ -14,16 +15,18 @@ mod measure;
 mod mesh;
 mod output;
 mod report;
+mod scratch;
 pub mod serve;
 mod slice;
 mod stats;
+mod study;
 mod summary;
 mod table;
 mod work;
 
 use crate::job::{self, Files};
 use crate::lang;
-use args::{Alveole, Cesogen, Command, Programmed};
+use args::{Alveole, Cesogen, Command, Programmed, Study};
 use clap::{CommandFactory, FromArgMatches};
 use report::Trouble;
 use std::ffi::OsString;
@@ -35,6 +38,11 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         .mut_subcommand("mesh", |mesh| mesh.after_long_help(list::summary()))
         .mut_subcommand("measure", |measure| measure.after_long_help(list::summary()))
         .mut_subcommand("slice", |slice| slice.after_long_help(list::summary()))
+        .mut_subcommand("study", |study| {
+            study
+                .mut_subcommand("roundtrip", |trips| trips.after_long_help(list::summary()))
+                .mut_subcommand("hierarchy", |steps| steps.after_long_help(list::summary()))
+        })
         .mut_subcommand("serve", |serve| serve.after_long_help(serve::PROTOCOL));
     conclude(
         "alveole",
@@ -46,6 +54,12 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
                 Command::Measure(arguments) => measure::run("alveole measure", &arguments),
                 Command::Slice(arguments) => slice::run("alveole slice", &arguments),
                 Command::Check(arguments) => check::run(&arguments),
+                Command::Study { study: Study::Roundtrip(arguments) } => {
+                    study::round_trips("alveole study roundtrip", &arguments)
+                }
+                Command::Study { study: Study::Hierarchy(arguments) } => {
+                    study::hierarchy("alveole study hierarchy", &arguments)
+                }
                 Command::Convert(arguments) => convert::run(&arguments),
                 Command::Serve(arguments) => serve::run(&arguments),
                 Command::Completions { shell } => list::completions(shell, &mut Alveole::command()),

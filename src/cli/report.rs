@@ -6,7 +6,7 @@
 use super::output::OutputError;
 use crate::contour;
 use crate::geom::Axis;
-use crate::job::{self, ConversionNote, MeshNote};
+use crate::job::{self, ConversionNote, MeshNote, study};
 use crate::lang::{self, Diagnostic, Place, Rejected, Sources};
 use crate::measure::slice::RasterError;
 use crate::mesh::io::{ReadError, WriteError};
@@ -102,6 +102,12 @@ pub(super) enum Trouble {
     /// The system refused to start threads.
     #[error("cannot start threads: {0}; try `--threads 1`")]
     Threads(rayon::ThreadPoolBuildError),
+    /// There is no folder for files that pass.
+    #[error("cannot make a folder for temporary files: {0}; name another one in TMPDIR")]
+    Scratch(std::io::Error),
+    /// A file of an experiment could not be written.
+    #[error(transparent)]
+    Study(study::Error),
     /// Requests could not be read.
     #[error("cannot read standard input: {0}")]
     Requests(std::io::Error),
@@ -149,6 +155,12 @@ pub(super) enum ValueFault {
     /// The output has no pixels.
     #[error("is of no use for an SVG, which has no pixels; write a .png")]
     NoPixels,
+    /// The name of a plot does not say that it is an SVG.
+    #[error("names no picture that can be drawn; use .svg")]
+    Plot,
+    /// The format has no such precision.
+    #[error("is more than STL holds; use single, or another format")]
+    SingleOnly,
     /// The angle is not one number, or not between 0 and 90.
     #[error("takes degrees from straight down, above 0 and at most 90, as in `--overhang 45`")]
     Angle,
@@ -174,6 +186,15 @@ pub(super) enum ValueFault {
         /// Its second bound.
         hi: f64,
     },
+}
+
+impl From<study::Error> for Trouble {
+    fn from(error: study::Error) -> Self {
+        match error {
+            study::Error::Job(error) => error.into(),
+            error @ study::Error::Write { .. } => Self::Study(error),
+        }
+    }
 }
 
 fn hint(near: &[String]) -> String {
@@ -231,6 +252,8 @@ pub(super) fn trouble(name: &str, trouble: &Trouble) -> ExitCode {
         | Trouble::Write(_)
         | Trouble::Read(_)
         | Trouble::Threads(_)
+        | Trouble::Scratch(_)
+        | Trouble::Study(_)
         | Trouble::Requests(_) => {
             say(&format!("{name}: {}", lang::shortened(trouble.to_string())));
         }
@@ -267,6 +290,8 @@ fn code(trouble: &Trouble) -> u8 {
         | Trouble::Write(_)
         | Trouble::Read(_)
         | Trouble::Threads(_)
+        | Trouble::Scratch(_)
+        | Trouble::Study(_)
         | Trouble::Requests(_)
         | Trouble::Defects => 1,
     }

@@ -4,7 +4,7 @@ use super::args::{AxisArgument, SliceArguments};
 use super::bar::with_bar;
 use super::output::Output;
 use super::report::{self, Trouble, ValueFault};
-use super::table::significant;
+use super::table::{columns, significant};
 use super::{mesh, stats, work};
 use crate::contour::outlines::MOST_PLANES;
 use crate::geom::Axis;
@@ -210,16 +210,7 @@ fn table(rows: &[Row]) -> String {
         let [at, area, perimeter] = [at, area, perimeter].map(|value| significant(*value));
         [file.clone(), at, area, perimeter, outlines.to_string(), holes.to_string()]
     });
-    let lines: Vec<[String; 6]> = std::iter::once(heads).chain(cells).collect();
-    let width = |column: usize| lines.iter().map(|line| line[column].chars().count()).max();
-    let widths = [0, 1, 2, 3, 4, 5].map(|column| width(column).unwrap_or(0));
-    let mut text = String::new();
-    for line in &lines {
-        let cells = line.iter().zip(widths).map(|(cell, width)| format!("{cell:width$}"));
-        text += cells.collect::<Vec<_>>().join("  ").trim_end();
-        text.push('\n');
-    }
-    text
+    columns(&std::iter::once(heads).chain(cells).collect::<Vec<_>>())
 }
 
 #[cfg(test)]

@@ -96,6 +96,26 @@ impl Table {
     }
 }
 
+/// Lines of cells as text, the cells of a column aligned at their left; all lines have as many cells.
+pub(super) fn columns<L: AsRef<[String]>>(lines: &[L]) -> String {
+    let mut widths = Vec::new();
+    for line in lines {
+        let line = line.as_ref();
+        widths.resize(line.len(), 0);
+        for (width, cell) in widths.iter_mut().zip(line) {
+            *width = cell.chars().count().max(*width);
+        }
+    }
+    let mut text = String::new();
+    for line in lines {
+        let cells = line.as_ref().iter().zip(&widths);
+        let cells: Vec<_> = cells.map(|(cell, &width)| format!("{cell:width$}")).collect();
+        text += cells.join("  ").trim_end();
+        text.push('\n');
+    }
+    text
+}
+
 /// The number with ten significant digits, without trailing zeros.
 pub(super) fn significant(value: f64) -> String {
     const DIGITS: i32 = 10;
@@ -135,5 +155,7 @@ mod tests {
         table.number("volume", 8.0);
         table.text("x", "y");
         assert_eq!(table.render(), "volume  8\nx       y\n");
+        let lines = [["a", "bcd", ""], ["ef", "g", "h"]].map(|line| line.map(str::to_owned));
+        assert_eq!(columns(&lines), "a   bcd\nef  g    h\n");
     }
 }

@@ -22,31 +22,50 @@ pub(super) struct Work {
 
 /// Reads the options and the program, and says what is to be said about its meshes.
 pub(super) fn prepare(name: &str, arguments: &WorkArguments) -> Result<Work, Trouble> {
-    let WorkArguments { spacing, bounds, parameters, threads, quiet, stats, program } = arguments;
+    let (settings, defined) = read_options(arguments)?;
+    let job = Job::with_parameters(&arguments.program, &defined)?;
+    remark(name, arguments, &job);
+    probe_stats(arguments)?;
+    Ok(Work { job, settings })
+}
+
+/// Tries whether the file of statistics can be written, so that the work is not lost for want of it.
+pub(super) fn probe_stats(arguments: &WorkArguments) -> Result<(), Trouble> {
+    Ok(arguments.stats.as_deref().map_or(Ok(()), Output::probe)?)
+}
+
+/// Reads the options: how to contour, and the parameters.
+pub(super) fn read_options(
+    arguments: &WorkArguments,
+) -> Result<(Settings, Vec<(String, f64)>), Trouble> {
+    let WorkArguments { spacing, bounds, parameters, threads, quiet: _, stats: _, program: _ } =
+        arguments;
     use_threads(*threads)?;
     let defined = lang::parameters::define(parameters, &Words)
         .map_err(|rejected| Trouble::Number { option: "--param", rejected })?;
     let read = |text| read_spacing(text, &defined);
-    let chosen = spacing.as_deref().map_or(Ok(Spacing::Hundredth), read)?;
+    let spacing = spacing.as_deref().map_or(Ok(Spacing::Hundredth), read)?;
     let read = |text| read_bounds(text, &defined);
-    let box_to_contour = bounds.as_deref().map(read).transpose()?;
-    let job = Job::with_parameters(program, &defined)?;
-    if !quiet {
-        report::conversions(name, job.conversions());
-        for note in job.meshes() {
-            report::mesh_note(name, note);
-        }
-        let options = parameters.iter().chain(spacing).chain(bounds);
-        let used: HashSet<&str> = options.flat_map(|text| used_in(text)).collect();
-        for unused in job.unused_parameters().iter().filter(|name| !used.contains(name.as_str())) {
-            report::say(&format!("{name}: warning: the parameter `{unused}` is not used"));
-        }
+    let bounds = bounds.as_deref().map(read).transpose()?;
+    Ok((Settings { spacing, bounds, ..Settings::default() }, defined))
+}
+
+/// Says what is to be said about the meshes of `job`, and about parameters that are not used.
+pub(super) fn remark(name: &str, arguments: &WorkArguments, job: &Job) {
+    let WorkArguments { spacing, bounds, parameters, threads: _, quiet, stats: _, program: _ } =
+        arguments;
+    if *quiet {
+        return;
     }
-    if let Some(path) = stats {
-        Output::probe(path)?;
+    report::conversions(name, job.conversions());
+    for note in job.meshes() {
+        report::mesh_note(name, note);
     }
-    let settings = Settings { spacing: chosen, bounds: box_to_contour, ..Settings::default() };
-    Ok(Work { job, settings })
+    let options = parameters.iter().chain(spacing).chain(bounds);
+    let used: HashSet<&str> = options.flat_map(|text| used_in(text)).collect();
+    for unused in job.unused_parameters().iter().filter(|name| !used.contains(name.as_str())) {
+        report::say(&format!("{name}: warning: the parameter `{unused}` is not used"));
+    }
 }
 
 /// Reads which faces overhang, if `wanted` says that anything depends on it.

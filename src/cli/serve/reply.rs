@@ -232,6 +232,8 @@ impl From<Trouble> for ErrorReply {
             | Trouble::Read(_)
             | Trouble::Threads(_)
             | Trouble::Requests(_)
+            | Trouble::Scratch(_)
+            | Trouble::Study(_)
             | Trouble::Defects => Self::plain("request", trouble.to_string()),
         }
     }
