@@ -64,7 +64,7 @@ pub struct Numbers {
     pub vertices: u64,
     /// How many triangles it has.
     pub triangles: u64,
-    /// Whether it has none of the [defects](crate::mesh::check) of meshes.
+    /// Whether it has none of the [defects](crate::mesh::check::check) of meshes.
     pub sound: bool,
 }
 
