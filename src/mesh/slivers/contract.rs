@@ -51,8 +51,11 @@ pub(super) fn contract(sheets: &mut Sheets, spacing: f64) -> usize {
         if of_a.iter().chain(&*of_b).any(|vertex| is_busy[*vertex as usize]) {
             continue;
         }
-        // The link condition: the mesh stays a manifold of the same kind.
-        if of_a.iter().filter(|vertex| of_b.contains(vertex)).count() != 2 {
+        // The link condition: the mesh stays a manifold of the same kind. Of a tetrahedron, whose ends
+        // share an edge too, two triangles would be left, back to back.
+        let is_tetrahedron = of_a.len() == 3 && of_b.len() == 3;
+        let shared = of_a.iter().filter(|vertex| of_b.contains(vertex)).count();
+        if shared != 2 || is_tetrahedron {
             continue;
         }
         let Some([one, other]) = sheets.sides(&stars, a, b) else { continue };

@@ -114,6 +114,21 @@ fn no_vertex_slides_out_of_the_box() {
 }
 
 #[test]
+fn a_tetrahedron_is_not_contracted() {
+    // Two corners are one but for a millionth of a spacing.
+    let mut mesh = Mesh {
+        positions: vec![[0.0, 0.0, 0.0], [0.0, 0.0, 7e-8], [0.05, 0.0, 0.0], [0.0, 0.05, 0.0]],
+        triangles: vec![[0, 3, 2], [1, 2, 3], [0, 1, 3], [0, 2, 1]],
+    };
+    assert!(check(&mesh).is_sound());
+    let Ok(found) = remove::<Never>(&mut mesh, &cut(), &Progress::new(), None) else {
+        panic!("nothing fails")
+    };
+    assert_eq!((found.merged, mesh.triangles.len()), (0, 4));
+    assert!(check(&mesh).is_sound());
+}
+
+#[test]
 fn cancelled_work_stops() {
     let progress = Progress::new();
     progress.cancel();
