@@ -134,11 +134,11 @@ mod tests {
 
     #[test]
     fn the_variance_is_one() {
+        use crate::num::EVEN_STEPS;
         use crate::solid::walk::value;
         let mut graph = Graph::new();
         let solid = Spinodoid { seed: 1, waves: 60, cones: [FRAC_PI_2; 3] }.solid(&mut graph);
-        let step = [0.819_172_513, 0.671_043_607, 0.549_700_478];
-        let at = |i: i32| step.map(|s| 40.0 * (s * f64::from(i)).fract());
+        let at = |i: i32| EVEN_STEPS.map(|s| 40.0 * (s * f64::from(i)).fract());
         let squares: f64 =
             (1..4000).map(|i| value(&graph, solid.field, at(i)).powi(2)).sum::<f64>() / 3999.0;
         assert!((squares - 1.0).abs() < 0.1, "{squares}");

@@ -20,6 +20,7 @@ use super::rim::Rim;
 use super::search::{Faces, Nearest, Place, Search};
 use super::sign::{Pseudonormals, Side};
 use super::winding::{ERROR, Winding};
+use crate::num::EVEN_STEPS;
 use glam::DVec3;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
@@ -196,9 +197,7 @@ impl Sides {
             let scaled = a + ((b - a) + (c - a)) / 3.0 + step * normal;
             Place { scaled, local: scaled - faces.at_local(DVec3::ZERO).scaled }
         });
-        // The additive sequence of the plastic number's analogue in three dimensions spreads evenly.
-        let step =
-            DVec3::new(0.819_172_513_396_164_4, 0.671_043_606_703_789_2, 0.549_700_477_901_970_3);
+        let step = DVec3::from_array(EVEN_STEPS);
         let inner = (0..anywhere).map(|i| {
             let unit = (0.5 + step * i as f64).fract();
             faces.at_local(2.0 * unit - 1.0)

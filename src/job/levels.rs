@@ -8,7 +8,7 @@
 //! solved in two stages.
 //!
 //! * **Points.** At evenly spread points of the part (one in each of many cells, placed in it by an
-//!   additive recurrence) the values of the lattice's field are sorted; the level is their r-quantile. The share of the points in a set with
+//!   additive recurrence, [`EVEN_STEPS`]) the values of the lattice's field are sorted; the level is their r-quantile. The share of the points in a set with
 //!   a smooth boundary is off by about N^(-2/3) of their number; twice that, 2e-4 for the million that are
 //!   taken where the program asks oracles, is stated as the error. Levels of densities that vary in space take their
 //!   curves from the same values, and their r from the mean over the points.
@@ -18,9 +18,6 @@
 //!
 //! Several levels are solved for one after the other until none changes. What is found is kept for
 //! the last parameter values and box, and is where the search begins when they change.
-//!
-//! Source: the recurrence is that of Roberts 2018, *The unreasonable effectiveness of quasirandom
-//! sequences*.
 
 use super::gradient::Field;
 use super::{Error, Job, Settings};
@@ -28,7 +25,7 @@ use crate::contour::{self, Grid};
 use crate::eval::interpret;
 use crate::expr::{Failure, Graph, NodeId, ParameterId};
 use crate::geom::{Aabb, Axis};
-use crate::num::Progress;
+use crate::num::{EVEN_STEPS, Progress};
 use crate::solid::density::coefficients;
 use crate::solid::{Fraction, Values};
 use glam::DVec3;
@@ -451,13 +448,6 @@ fn chosen(points: &[Vec<f64>; 3], kept: impl Fn(usize) -> bool) -> [Vec<f64>; 3]
     })
 }
 
-/// What a point is beyond the last in each axis, in parts of a cell: g^-1, g^-2 and g^-3, where g is
-/// the root of g^4 = g + 1.
-const STEPS: [f64; 3] = {
-    const G: f64 = 1.220_744_084_605_759_5;
-    [1.0 / G, 1.0 / (G * G), 1.0 / (G * G * G)]
-};
-
 /// About `count` points spread evenly over the box, by coordinate: one in each of as many cells, in
 /// blocks of [`SIDE`] cells a side, so that those evaluated together are close together.
 fn spread(bounds: Aabb, count: usize) -> [Vec<f64>; 3] {
@@ -476,7 +466,7 @@ fn spread(bounds: Aabb, count: usize) -> [Vec<f64>; 3] {
                 for x in ends(0) {
                     number += 1;
                     for (axis, place) in [x, y, z].into_iter().enumerate() {
-                        let within = (0.5 + STEPS[axis] * f64::from(number)).fract();
+                        let within = (0.5 + EVEN_STEPS[axis] * f64::from(number)).fract();
                         let share = (place as f64 + within) / cells[axis] as f64;
                         points[axis].push(bounds.lo[axis] + size[axis] * share);
                     }

@@ -16,4 +16,4 @@ pub mod random;
 
 pub use interval::Interval;
 pub use progress::{Cancelled, Progress};
-pub use random::Random;
+pub use random::{EVEN_STEPS, Random};

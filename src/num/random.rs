@@ -1,9 +1,20 @@
-//! Random numbers by counting: the number of a seed, a stream and an index, in any order.
+//! Random numbers by counting: the number of a seed, a stream and an index, in any order; and steps
+//! that spread points more evenly than chance does.
 //!
 //! Nothing is remembered between two numbers, so they don't depend on who asks first, nor on the
 //! number of threads.
 //!
 //! Source: Philox4x32-10 of Salmon et al. 2011, doi:10.1145/2063384.2063405.
+
+/// Steps of an additive recurrence that spreads points evenly over the unit cube, however many: point
+/// i has the fractional parts of 1/2 + i times these. They are g^-1, g^-2 and g^-3, where g is the root of
+/// g^4 = g + 1.
+///
+/// Source: Roberts 2018, *The unreasonable effectiveness of quasirandom sequences*.
+pub const EVEN_STEPS: [f64; 3] = {
+    const G: f64 = 1.220_744_084_605_759_5;
+    [1.0 / G, 1.0 / (G * G), 1.0 / (G * G * G)]
+};
 
 /// Random numbers of one seed and stream.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -66,6 +77,14 @@ mod tests {
             ),
             [0xd16c_fe09, 0x94fd_cceb, 0x5001_e420, 0x2412_6ea1]
         );
+    }
+
+    #[test]
+    fn even_steps_are_powers_of_the_root() {
+        for (step, power) in EVEN_STEPS.into_iter().zip(1..) {
+            let root = step.powf(-1.0 / f64::from(power));
+            assert!((root.powi(4) - root - 1.0).abs() < 1e-12, "{root}");
+        }
     }
 
     #[test]

@@ -237,6 +237,7 @@ fn distance(graph: &mut Graph, field: NodeId, reach: [NodeId; 3]) -> Solid {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::num::EVEN_STEPS;
     use crate::solid::walk::value;
     use glam::DVec3;
 
@@ -259,10 +260,7 @@ mod tests {
 
     /// Points of [-2, 2]^3 on no plane of symmetry.
     fn points() -> impl Iterator<Item = DVec3> {
-        // The plastic number's powers spread evenly: Roberts, "The unreasonable effectiveness of
-        // quasirandom sequences".
-        let step =
-            DVec3::new(0.819_172_513_396_164_4, 0.671_043_606_703_789_2, 0.549_700_477_901_970_3);
+        let step = DVec3::from_array(EVEN_STEPS);
         (1..400).map(move |i| (f64::from(i) * step).fract() * 4.0 - 2.0)
     }
 

@@ -7,7 +7,7 @@
 //! On other grids each trip cuts the mesh by planes that miss its vertices, and puts flat facets between the cuts: what is convex
 //! loses, what is concave gains, a part of the spacing's square over the radius of the bend each time, and edges become rounder.
 //! The grid of trip k is that of the first mesh grown by a cell and moved by a part of a cell along each
-//! axis, the fractional parts of k times [`PARTS`]: no two trips have the same, and the first few spread evenly.
+//! axis, the fractional parts of k times [`EVEN_STEPS`]: no two trips have the same, and the first few spread evenly.
 
 use super::{Error, Numbers, Passage, diagonal};
 use crate::contour::Grid;
@@ -15,14 +15,8 @@ use crate::geom::Aabb;
 use crate::job::levels::box_of;
 use crate::job::{self, Job, Report, Settings};
 use crate::mesh::Mesh;
-use crate::num::Progress;
+use crate::num::{EVEN_STEPS, Progress};
 use glam::DVec3;
-
-/// The powers -1, -2 and -3 of the root of x^4 = x + 1.
-///
-/// Source: Roberts 2018, *The unreasonable effectiveness of quasirandom sequences*.
-pub const PARTS: DVec3 =
-    DVec3::new(0.819_172_513_396_164_4, 0.671_043_606_703_789_2, 0.549_700_477_901_970_3);
 
 /// On which grids meshes are contoured.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -118,7 +112,7 @@ impl Job {
 
 /// The grid of trip `number` where each has one of its own.
 fn shifted(bounds: Aabb, spacing: DVec3, number: u32) -> Result<Grid, job::Error> {
-    let part = (f64::from(number) * PARTS).fract();
+    let part = (f64::from(number) * DVec3::from_array(EVEN_STEPS)).fract();
     let Aabb { lo, hi } = bounds;
     let grown = Aabb::new(lo - part * spacing, hi + (DVec3::ONE - part) * spacing);
     Ok(Grid::new(grown, spacing)?)
@@ -203,10 +197,6 @@ mod tests {
 
     #[test]
     fn grids_of_trips_are_moved_by_parts_of_a_cell_and_hold_the_first() {
-        for (part, power) in PARTS.to_array().into_iter().zip(1..) {
-            let root = part.powf(-1.0 / f64::from(power));
-            assert!((root.powi(4) - root - 1.0).abs() < 1e-12, "{root}");
-        }
         let bounds = Aabb::new(DVec3::new(-1.0, 0.0, 2.0), DVec3::new(1.0, 0.7, 3.0));
         let spacing = DVec3::new(0.1, 0.2, 0.3);
         for number in [1, 2, 77] {
