@@ -107,7 +107,7 @@ pub fn quadrature<S: Sampler>(
 }
 
 /// The volume as [`quadrature`] finds it, and its derivatives, without saying how far they are from the
-/// truth: for those who solve for a volume, in half the time.
+/// truth: for those who solve for a volume.
 ///
 /// # Errors
 /// [`Error`] when the field can't be evaluated or the work is cancelled.
