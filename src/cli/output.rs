@@ -1,9 +1,10 @@
 //! Output files that appear complete or not at all.
 //!
-//! A regular target is written beside under a unique, locked name and renamed when it is whole;
-//! symbolic links are resolved first, so that the link stays and its target changes. Leftovers of
-//! runs that were killed are recognised by their released lock and removed. A target that is no
-//! regular file (a device, a pipe, standard output) is written to directly.
+//! A regular target is written beside under a unique, locked name, which becomes the target's when it
+//! is whole; symbolic links are resolved first, so that the link stays and its target changes.
+//! Leftovers of runs that were killed are recognised by their released lock and removed. A target
+//! that is no regular file (a device, a pipe, standard output) is written to directly. Nothing is
+//! promised for a loss of power: nobody waits for the disk.
 
 use super::interrupt;
 use crate::mesh::io::WriteError;
@@ -96,9 +97,9 @@ impl Output {
     pub(super) fn finish(mut self) -> Result<(), OutputError> {
         match self.replacement.take() {
             Some((temporary, target)) => {
-                let result = temporary.persist(&target);
+                let result = put_in_place(temporary, &target);
                 interrupt::forget();
-                result.map_err(|error| self.failure(error.error))
+                result.map_err(|source| self.failure(source))
             }
             None => Ok(()),
         }
@@ -121,6 +122,34 @@ impl Drop for Output {
             interrupt::forget();
         }
     }
+}
+
+/// Gives the file `temporary` the name `target`, in place of a file that has it.
+///
+/// File systems that allocate late hand a file to the disk before it is renamed over another, which
+/// takes as long as to make a large mesh. They don't when two files exchange their names.
+fn put_in_place(temporary: TempPath, target: &Path) -> io::Result<()> {
+    let replaces = fs::symlink_metadata(target).is_ok_and(|data| data.is_file());
+    if replaces && exchange(&temporary, target).is_ok() {
+        // What has the temporary name now is the old file, unlocked as any leftover: should it be
+        // gone already, another run has removed it.
+        drop(temporary);
+        return Ok(());
+    }
+    temporary.persist(target).map_err(|error| error.error)
+}
+
+/// Exchanges the names of two files at once, where the system can.
+#[cfg(target_os = "linux")]
+fn exchange(one: &Path, other: &Path) -> io::Result<()> {
+    use rustix::fs::{CWD, RenameFlags, renameat_with};
+    Ok(renameat_with(CWD, one, CWD, other, RenameFlags::EXCHANGE)?)
+}
+
+/// Exchanges the names of two files at once, where the system can.
+#[cfg(not(target_os = "linux"))]
+fn exchange(_: &Path, _: &Path) -> io::Result<()> {
+    Err(io::ErrorKind::Unsupported.into())
 }
 
 /// A new locked file in the folder of `target`, removed if the program is interrupted.
@@ -275,6 +304,40 @@ mod tests {
         drop(output);
         assert_eq!(fs::read(&target).unwrap(), b"old");
         assert_eq!(names(folder.path()), ["out.ply"]);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_finished_output_takes_the_place_of_the_old_one_at_once() {
+        use std::os::unix::fs::PermissionsExt;
+        let folder = tempfile::tempdir().unwrap();
+        let target = folder.path().join("out.ply");
+        fs::write(&target, b"old").unwrap();
+        fs::set_permissions(&target, fs::Permissions::from_mode(0o640)).unwrap();
+        let mut old = File::open(&target).unwrap();
+        let output = Output::open(&target).unwrap();
+        output.file().write_all(b"whole").unwrap();
+        output.finish().unwrap();
+        assert_eq!(fs::read(&target).unwrap(), b"whole");
+        assert_eq!(fs::metadata(&target).unwrap().permissions().mode() & 0o777, 0o640);
+        assert_eq!(names(folder.path()), ["out.ply"]);
+        // Whoever has the old file open reads on in it.
+        assert_eq!(io::read_to_string(&mut old).unwrap(), "old");
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn files_exchange_their_names_or_stay() {
+        let folder = tempfile::tempdir().unwrap();
+        let [one, other] = ["one", "other"].map(|name| folder.path().join(name));
+        fs::write(&one, b"1").unwrap();
+        assert!(exchange(&one, &other).is_err() && one.exists());
+        fs::write(&other, b"2").unwrap();
+        exchange(&one, &other).unwrap();
+        assert_eq!(
+            (fs::read(&one).unwrap(), fs::read(&other).unwrap()),
+            (b"2".into(), b"1".into())
+        );
     }
 
     #[test]
