@@ -85,6 +85,8 @@
 //!   cells takes 0.23 s of CPU time instead of 0.97 s at 100 samples (Scaffolder, in turn: 14.8 s),
 //!   1.05 s instead of 13.2 s at 400. Of the former, two fifths are distances on edges, a tenth
 //!   those of samples, a third reading the mesh and preparing its tree.
+//!   With a skin, whose inner face takes the distance once more, values lose at both places or count:
+//!   a bunny of 20 blended cells and a skin at 500 samples takes 5.6 s of CPU time instead of 17.0.
 //!
 //! * **Nothing arranged for the whole of a huge expression** ([`Engine::Pruned`](crate::eval::Engine)). A box
 //!   asks for what is alive in it, and a walk down the sides of extrema costs what it finds. Before,

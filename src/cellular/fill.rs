@@ -69,11 +69,16 @@ pub fn fill(graph: &mut Graph, part: Solid, mut lattice: Solid, filling: Filling
             whole_cells(graph, part.clone(), corner, size)
         }
     };
-    let filled = room.intersection(graph, lattice);
-    let Some(skin) = skin else { return filled };
-    let core = part.clone().erode(graph, skin);
-    let shell = part.difference(graph, core);
-    filled.union(graph, shell)
+    let Some(skin) = skin else { return room.intersection(graph, lattice) };
+    // The part, less what is neither in its skin nor in the lattice: one way to its faces, whose
+    // distance need not be known deep inside. Cells that lie whole in the part end there themselves.
+    let inside = match trim {
+        Trim::Part => lattice,
+        Trim::Cells => room.intersection(graph, lattice),
+    };
+    let skin = part.clone().erode(graph, skin).complement(graph);
+    let inside = inside.union(graph, skin);
+    part.intersection(graph, inside)
 }
 
 /// The cells of lengths `size`, one with its least corner at `corner`, that lie whole in `part`.

@@ -194,12 +194,18 @@ pub enum Step {
 }
 
 /// The rank of each operation in a depth-first walk from the outputs, operands first, and those of
-/// them last that need an oracle: what else is known by then may spare it.
+/// them last that need an oracle, the more so the less there is besides: what else is known by then
+/// may spare it.
 fn depth_first(tape: &Tape) -> Vec<u32> {
-    let mut needs_oracle = vec![false; tape.len()];
+    // The longest way from an oracle; `None`, which is less, where there is none.
+    let mut from_oracle: Vec<Option<Reverse<u32>>> = vec![None; tape.len()];
     for p in tape.positions() {
-        needs_oracle[p.index()] = matches!(tape.op(p), Op::Oracle(..))
-            || tape.op(p).operands().iter().any(|o| needs_oracle[o.index()]);
+        let longest = tape.op(p).operands().iter().filter_map(|o| from_oracle[o.index()]).min();
+        from_oracle[p.index()] = match longest {
+            _ if matches!(tape.op(p), Op::Oracle(..)) => Some(Reverse(0)),
+            None => None,
+            Some(Reverse(length)) => Some(Reverse(length + 1)),
+        };
     }
     let mut ranks = vec![u32::MAX; tape.len()];
     let mut entered = vec![false; tape.len()];
@@ -209,10 +215,9 @@ fn depth_first(tape: &Tape) -> Vec<u32> {
         if operand == 0 && std::mem::replace(&mut entered[p.index()], true) {
             continue;
         }
-        let (operands, needs) = (tape.op(p).operands(), &needs_oracle);
-        let those =
-            |wanted: bool| operands.iter().filter(move |operand| needs[operand.index()] == wanted);
-        match those(false).chain(those(true)).nth(operand) {
+        let mut operands = tape.op(p).operands();
+        operands.sort_by_key(|o| from_oracle[o.index()]);
+        match operands.get(operand) {
             Some(&o) => {
                 stack.push((p, operand + 1));
                 stack.push((o, 0));
@@ -229,8 +234,8 @@ fn depth_first(tape: &Tape) -> Vec<u32> {
 /// The operations that are ready to be placed.
 ///
 /// Those of the current region come first, the latest to become ready before others; when there
-/// are none, the first of all in depth-first order. Outputs of an oracle at the same point follow
-/// each other, so that one call answers for them.
+/// are none, the first of all in depth-first order, which oracles always wait for. Outputs of an
+/// oracle at the same point follow each other, so that one call answers for them.
 struct Arrangement<'a> {
     tape: &'a Tape,
     regions: &'a Regions,
@@ -321,6 +326,9 @@ impl<'a> Arrangement<'a> {
 
     fn admit(&mut self, p: Position, ranks: &[u32]) {
         self.ready.push(Reverse((ranks[p.index()], p)));
+        if matches!(self.tape.op(p), Op::Oracle(..)) {
+            return;
+        }
         let latest = &mut self.latest[self.regions.of(p).index()];
         self.before[p.index()] = latest.replace(p);
     }

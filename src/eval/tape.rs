@@ -100,6 +100,12 @@ impl std::ops::Deref for Operands {
     }
 }
 
+impl std::ops::DerefMut for Operands {
+    fn deref_mut(&mut self) -> &mut [Position] {
+        &mut self.list[..usize::from(self.len)]
+    }
+}
+
 /// The operations that some outputs need, operands before users.
 #[derive(Clone, Debug)]
 pub struct Tape {

@@ -205,8 +205,15 @@ impl Call {
                         oracle.points_for(queries, Interest::Beside(numbers.list()))?;
                     }
                     (None, Some(rival)) => {
-                        let ask = |interest: Interest<'_>| oracle.points_for(queries, interest);
-                        rival.with_interest(arguments, plane, lanes, ask)?;
+                        rival.with_interest(
+                            arguments,
+                            plane,
+                            lanes,
+                            |interest| match interest {
+                                Some(interest) => oracle.points_for(queries, interest),
+                                None => oracle.points(queries),
+                            },
+                        )?;
                     }
                     (None, None) => oracle.points(queries)?,
                 }

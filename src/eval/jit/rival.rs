@@ -2,11 +2,15 @@
 //!
 //! An oracle on one side of an extremum is dear, and in a part filled with a lattice most points of
 //! the lattice's surface are deep inside of the part: there the value at the other side decides
-//! whatever the oracle would say. All outputs of the oracle that belong to the region of the side
-//! ([`crate::eval::regions`]) are looked at where the side is taken, and nowhere else. So a number
-//! is found, from the value of the other side, such that the side is not taken where the oracle's
-//! value is beyond it; the oracle may pass over those values
-//! ([`points_for`](crate::expr::Oracle::points_for)).
+//! whatever the oracle would say. So a number is found, from the values of other sides, such that
+//! no side that the oracle's answers reach is taken where its value is beyond it; the oracle may
+//! pass over those values ([`points_for`](crate::expr::Oracle::points_for)).
+//!
+//! What the answers reach is followed from the oracle to the outputs. It ends at extrema, and at picks
+//! on the same operands, that can be made to take their other side; if it ends everywhere, the
+//! answers lose together. A part with a skin is such a case, max(p, min(g, -(p + s))) for the
+//! distance p: it is the lattice g where the inner side of the minimum loses, as -(p + s) > g, and
+//! then that of the maximum, as p < g.
 //!
 //! From the operand of the extremum to the oracle lead sums and differences with uniform values,
 //! opposites, and products and quotients with positive constants, all of them monotone as they are
@@ -15,7 +19,7 @@
 
 use super::call::Arguments;
 use super::calls::{Operand, PLANE};
-use crate::eval::regions::RegionId;
+use crate::eval::regions::is_set;
 use crate::eval::schedule::Schedule;
 use crate::eval::tape::{Op, Position};
 use crate::expr::{Binary, Extremum, Interest, Output, Unary};
@@ -44,37 +48,172 @@ enum Undo<U> {
     Multiply(f64),
 }
 
-/// What the value of an oracle is compared with: `U` tells where uniform values are, `O` where the
-/// other side is.
-#[derive(Clone, Debug)]
-pub(super) struct Rival<U, O> {
+/// An extremum whose side with the oracle loses against the other: `U` tells where uniform values
+/// are, `O` where the other side is.
+#[derive(Clone, Debug, PartialEq)]
+struct Condition<U, O> {
     extremum: Extremum,
     other: O,
     undo: Vec<Undo<U>>,
+    /// The activity bits without which the other side is not computed.
+    needed: Vec<u32>,
 }
 
-/// The rivals of oracle values, by position, of which all outputs of the oracle in that region are
-/// the losers together.
-pub(super) fn rivals(schedule: &Schedule) -> FxHashMap<Position, Rival<Position, Position>> {
-    let (tape, regions) = (schedule.tape(), schedule.regions());
-    let mut sides: FxHashMap<RegionId, (Extremum, [Position; 2])> = FxHashMap::default();
-    for p in tape.positions() {
-        let Some((extremum, a, b)) = tape.op(p).choice() else { continue };
-        let Some([first, second]) = regions.sides(p) else { continue };
-        sides.extend(first.map(|region| (region, (extremum, [a, b]))));
-        sides.extend(second.map(|region| (region, (extremum, [b, a]))));
-    }
-    let mut rivals = FxHashMap::default();
-    for p in tape.positions() {
-        if let Op::Oracle(_, Output::Value, _) = tape.op(p)
-            && let Some(&(extremum, [own, other])) = sides.get(&regions.of(p))
-            && other < p
-            && let Some(undo) = way(schedule, own, p)
-        {
-            rivals.insert(p, Rival { extremum, other, undo });
+/// What the value of an oracle loses against, all together.
+#[derive(Clone, Debug)]
+pub(super) struct Rival<U, O> {
+    conditions: Vec<Condition<U, O>>,
+}
+
+/// Most conditions of a rival: they are computed for every batch.
+const MOST_CONDITIONS: usize = 4;
+
+/// What becomes of an operation where the oracle's answers are beyond the number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Reach {
+    /// The answers do not reach it.
+    Apart,
+    /// It equals that operation, which they do not reach.
+    Equal(Position),
+    /// It is something that they do not decide.
+    Decided,
+    /// They may show in it.
+    Reached,
+}
+
+impl Reach {
+    /// The operation that has the value of the one at `p`, of which this is the reach.
+    const fn at_hand(self, p: Position) -> Option<Position> {
+        match self {
+            Self::Apart => Some(p),
+            Self::Equal(other) => Some(other),
+            Self::Decided | Self::Reached => None,
         }
     }
-    rivals
+}
+
+/// The rivals of oracle values, by position.
+pub(super) fn rivals(schedule: &Schedule) -> FxHashMap<Position, Rival<Position, Position>> {
+    let tape = schedule.tape();
+    let values =
+        tape.positions().filter(|p| matches!(tape.op(*p), Op::Oracle(_, Output::Value, _)));
+    values.filter_map(|p| Some((p, rival(schedule, p)?))).collect()
+}
+
+/// What all answers that the oracle gives for the point of its value at `value` lose against.
+fn rival(schedule: &Schedule, value: Position) -> Option<Rival<Position, Position>> {
+    let tape = schedule.tape();
+    let Op::Oracle(oracle, _, point) = tape.op(value) else { return None };
+    let mut reach = vec![Reach::Apart; tape.len()];
+    let mut conditions = Vec::new();
+    for p in tape.positions() {
+        let of = |p: Position| reach[p.index()];
+        let op = tape.op(p);
+        reach[p.index()] = match op {
+            Op::Oracle(other, _, at) if other == oracle && at == point => Reach::Reached,
+            Op::Binary(Binary::Min | Binary::Max, a, b) => {
+                match choice(schedule, value, p, [a, b], [of(a), of(b)], &mut conditions) {
+                    Choice::Either if [of(a), of(b)] == [Reach::Apart; 2] => Reach::Apart,
+                    Choice::Either => Reach::Decided,
+                    Choice::Takes(_, other) => Reach::Equal(other),
+                    Choice::Reached => Reach::Reached,
+                }
+            }
+            Op::Pick(_, [a, b, c, d]) => {
+                let decided = [of(c), of(d)];
+                match choice(schedule, value, p, [a, b], [of(a), of(b)], &mut conditions) {
+                    Choice::Either if decided.contains(&Reach::Reached) => Reach::Reached,
+                    Choice::Either if [a, b, c, d].map(of) == [Reach::Apart; 4] => Reach::Apart,
+                    Choice::Either => Reach::Decided,
+                    Choice::Takes(side, _) if decided[side] == Reach::Apart => {
+                        Reach::Equal([c, d][side])
+                    }
+                    Choice::Takes(side, _) => decided[side],
+                    Choice::Reached => Reach::Reached,
+                }
+            }
+            Op::Coordinate(_)
+            | Op::Constant(_)
+            | Op::Parameter(_)
+            | Op::Unary(..)
+            | Op::Binary(..)
+            | Op::Oracle(..) => {
+                let operands = op.operands();
+                let mut reaches = operands.iter().map(|o| of(*o));
+                if operands.iter().any(|o| of(*o) == Reach::Reached) {
+                    Reach::Reached
+                } else if reaches.all(|reach| reach == Reach::Apart) {
+                    Reach::Apart
+                } else {
+                    Reach::Decided
+                }
+            }
+        };
+    }
+    let shows = tape.outputs().iter().any(|p| reach[p.index()] == Reach::Reached);
+    (!shows && (1..=MOST_CONDITIONS).contains(&conditions.len())).then_some(Rival { conditions })
+}
+
+/// What an extremum takes where the answers are beyond the number.
+#[derive(Clone, Copy, Debug)]
+enum Choice {
+    /// What it would take in any case.
+    Either,
+    /// That side, 0 or 1, which equals the operation at that position.
+    Takes(usize, Position),
+    /// The answers may decide.
+    Reached,
+}
+
+/// What the choice at `p` between `sides` takes, of which `reach` is known; appends the condition
+/// for that to `conditions`.
+fn choice(
+    schedule: &Schedule,
+    value: Position,
+    p: Position,
+    sides: [Position; 2],
+    reach: [Reach; 2],
+    conditions: &mut Vec<Condition<Position, Position>>,
+) -> Choice {
+    let own = match reach.map(|reach| reach == Reach::Reached) {
+        [false, false] => return Choice::Either,
+        [true, true] => return Choice::Reached,
+        [true, false] => 0,
+        [false, true] => 1,
+    };
+    let (tape, winner) = (schedule.tape(), 1 - own);
+    let known = reach[winner].at_hand(sides[winner]).filter(|other| *other < value);
+    let parts = (tape.op(p).choice(), known, way(schedule, sides[own], value));
+    let (Some((extremum, ..)), Some(other), Some(undo)) = parts else { return Choice::Reached };
+    let needed = needed(schedule, value, other, (p, winner));
+    let condition = Condition { extremum, other, undo, needed };
+    if !conditions.contains(&condition) {
+        conditions.push(condition);
+    }
+    Choice::Takes(winner, other)
+}
+
+/// The activity bits without which there is no value at `other` where the oracle of `value` is
+/// asked, `other` being compared at the side `side` of the choice at `p`.
+///
+/// Where the region that is that side is dead, a number that loses stands in for it.
+fn needed(
+    schedule: &Schedule,
+    value: Position,
+    other: Position,
+    (p, side): (Position, usize),
+) -> Vec<u32> {
+    let regions = schedule.regions();
+    let mut region = regions.of(other);
+    if regions.sides(p).and_then(|sides| sides[side]) == Some(region) {
+        region = regions.parent(region);
+    }
+    let mut bits = Vec::new();
+    while regions.common(region, regions.of(value)) != region {
+        bits.extend(regions.bit(region));
+        region = regions.parent(region);
+    }
+    bits
 }
 
 /// The steps from the operation at `from` to the oracle at `to`, if there are no others.
@@ -129,11 +268,13 @@ impl Rival<Position, Position> {
             Undo::Divide(c) => Undo::Divide(c),
             Undo::Multiply(c) => Undo::Multiply(c),
         };
-        Rival {
-            extremum: self.extremum,
-            other: operand(self.other),
-            undo: self.undo.iter().map(step).collect(),
-        }
+        let condition = |condition: &Condition<Position, Position>| Condition {
+            extremum: condition.extremum,
+            other: operand(condition.other),
+            undo: condition.undo.iter().map(step).collect(),
+            needed: condition.needed.clone(),
+        };
+        Rival { conditions: self.conditions.iter().map(condition).collect() }
     }
 }
 
@@ -154,6 +295,15 @@ impl Beyond {
         }
     }
 
+    /// The number beyond which a value is beyond both; NaN, which none is beyond, if one of them is.
+    fn farther(self, a: f64, b: f64) -> f64 {
+        let is_first = match self {
+            Self::Less => a < b,
+            Self::Greater => a > b,
+        };
+        if a.is_nan() || is_first { a } else { b }
+    }
+
     /// `number`, the result of a step on it and `other`, moved to the safe side.
     fn moved(self, number: f64, other: f64) -> f64 {
         let error = SLACK * (number.abs() + other.abs()) + TINY;
@@ -165,17 +315,43 @@ impl Beyond {
 }
 
 impl Rival<Operand, Operand> {
-    /// Calls `ask` with what of the oracle's values in plane `plane` counts; `numbers` has the
-    /// lanes that are asked for.
+    /// Calls `ask` with what of the oracle's values in plane `plane` counts, `None` where all do;
+    /// `lanes` are asked for.
     pub(super) fn with_interest<R>(
         &self,
         arguments: &Arguments<'_>,
         plane: usize,
         lanes: usize,
-        ask: impl FnOnce(Interest<'_>) -> R,
+        ask: impl FnOnce(Option<Interest<'_>>) -> R,
     ) -> R {
-        let mut numbers = [0.0; PLANE];
-        let numbers = &mut numbers[..lanes];
+        let mut numbers = [[0.0; PLANE]; 2];
+        let [all, own] = numbers.each_mut().map(|numbers| &mut numbers[..lanes]);
+        let mut joint = None;
+        for condition in &self.conditions {
+            if !condition.needed.iter().all(|bit| is_set(arguments.activity, *bit)) {
+                return ask(None);
+            }
+            let beyond = condition.number(arguments, plane, own);
+            match joint.replace(beyond) {
+                None => all.copy_from_slice(own),
+                Some(same) if same == beyond => {
+                    for (number, own) in all.iter_mut().zip(&*own) {
+                        *number = beyond.farther(*number, *own);
+                    }
+                }
+                Some(_) => return ask(None),
+            }
+        }
+        ask(joint.map(|beyond| match beyond {
+            Beyond::Less => Interest::From(all),
+            Beyond::Greater => Interest::UpTo(all),
+        }))
+    }
+}
+
+impl Condition<Operand, Operand> {
+    /// Writes the number beyond which a value loses in each lane, and returns on which side of it.
+    fn number(&self, arguments: &Arguments<'_>, plane: usize, numbers: &mut [f64]) -> Beyond {
         self.other.spread_to(arguments, plane, numbers);
         let mut beyond = match self.extremum {
             Extremum::Max => Beyond::Less,
@@ -215,9 +391,6 @@ impl Rival<Operand, Operand> {
                 Undo::Multiply(c) => each(beyond, 0.0, &|number| number * c),
             }
         }
-        ask(match beyond {
-            Beyond::Less => Interest::From(numbers),
-            Beyond::Greater => Interest::UpTo(numbers),
-        })
+        beyond
     }
 }

@@ -379,6 +379,13 @@ impl Oracle for Ball {
     }
 }
 
+/// An output of an oracle for a ball.
+fn oracle(graph: &mut Graph, center: [f64; 3], output: Output, at: [NodeId; 3]) -> NodeId {
+    let ball: Arc<dyn Oracle> = Arc::new(Ball { center, radius: 0.6, fails: false });
+    let id = graph.add_oracle(&ball);
+    graph.oracle(id, output, at)
+}
+
 /// Oracles on grids, on moved grids, on mixed coordinates, with all outputs, in set operations.
 pub(crate) fn oracles(engine: Engine) {
     let mut source = Source(15);
@@ -388,11 +395,6 @@ pub(crate) fn oracles(engine: Engine) {
         let root = make(&mut graph, at);
         let (name, coordinates) = (name.to_owned(), grid(1.0));
         check(engine, &Case { name, graph, root, coordinates }, &mut source);
-    };
-    let oracle = |graph: &mut Graph, center, output, at| {
-        let ball: Arc<dyn Oracle> = Arc::new(Ball { center, radius: 0.6, fails: false });
-        let id = graph.add_oracle(&ball);
-        graph.oracle(id, output, at)
     };
     run("oracle", &|graph, at| oracle(graph, [0.1, 0.2, 0.3], Output::Value, at));
     run("mirrored oracle", &|graph, at| {
@@ -469,6 +471,56 @@ pub(crate) fn oracles(engine: Engine) {
                 }
             }
         });
+    }
+}
+
+/// An oracle on several sides of extrema, which it loses together or not at all.
+pub(crate) fn shared_oracles(engine: Engine) {
+    let mut source = Source(19);
+    for turn in 0..192 {
+        let mut graph = Graph::new();
+        let at = graph.point();
+        let part = oracle(&mut graph, [0.1, 0.2, 0.3], Output::Value, at);
+        let skin = graph.parameter("skin", 0.1);
+        // In some bricks one side or the other is dead, and worth the while to skip.
+        let level = graph.constant([-1.2, 0.0, 1.2][turn % 3]);
+        let [x, y, z] = at;
+        let product = graph.mul(x, y);
+        let product = graph.mul(product, z);
+        let slow = graph.unary(Unary::Sin, product);
+        let lattice = gyroid(&mut graph, at);
+        let lattice = graph.add(lattice, slow);
+        let lattice = graph.add(lattice, level);
+        let core = graph.add(part, skin);
+        let shell = graph.neg(core);
+        let inner = match turn % 4 {
+            0 => graph.min(lattice, shell),
+            1 => graph.min(shell, lattice),
+            2 => graph.max(lattice, core),
+            _ => graph.max(shell, lattice),
+        };
+        let root = match turn / 4 % 4 {
+            0 => graph.max(part, inner),
+            1 => graph.max(inner, part),
+            2 => graph.min(inner, part),
+            _ => {
+                let cut = graph.max(part, lattice);
+                graph.min(cut, inner)
+            }
+        };
+        let root = match turn / 16 % 4 {
+            0 => root,
+            1 => graph.max(root, x),
+            2 => {
+                let double = graph.add(x, x);
+                let other = graph.min(double, lattice);
+                graph.min(other, root)
+            }
+            _ => graph.add(root, x),
+        };
+        let name = format!("an oracle on several sides, way {turn}");
+        let coordinates = grid([1.5, 0.3, 0.08][turn / 64]);
+        check(engine, &Case { name, graph, root, coordinates }, &mut source);
     }
 }
 

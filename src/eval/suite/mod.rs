@@ -15,6 +15,7 @@ use crate::geom::Axis;
 use crate::num::Interval;
 pub(crate) use cases::{
     failures, far_waves, few_axes, operators, oracles, periodic, random, set_operations,
+    shared_oracles,
 };
 
 /// Makes the suite's tests for an engine.
@@ -43,6 +44,10 @@ macro_rules! conformance {
         #[test]
         fn oracles_conform() {
             $crate::eval::suite::oracles($engine);
+        }
+        #[test]
+        fn oracles_on_several_sides_conform() {
+            $crate::eval::suite::shared_oracles($engine);
         }
         #[test]
         fn expressions_on_few_axes_conform() {
