@@ -87,6 +87,8 @@
 //!   those of samples, a third reading the mesh and preparing its tree.
 //!   With a skin, whose inner face takes the distance once more, values lose at both places or count:
 //!   a bunny of 20 blended cells and a skin at 500 samples takes 5.6 s of CPU time instead of 17.0.
+//!   The engine of huge expressions asks in the same way, and for value and slopes at once: a bunny of
+//!   three cells of a foam with a skin, 11.0 s instead of 18.2 at 500 samples.
 //!
 //! * **Nothing arranged for the whole of a huge expression** ([`Engine::Pruned`](crate::eval::Engine)). A box
 //!   asks for what is alive in it, and a walk down the sides of extrema costs what it finds. Before,
@@ -145,6 +147,7 @@
 //! | 32 balls that stand in for values, or 8, instead of 16 | 11 % and 68 % slower at 400 samples |
 //! | calls of functions gathered by eight, whatever lies between them | a twentieth of the time of compiling, nothing else |
 //! | batches of 16 to 256 edges for five hundred waves | no difference: 30 us a vertex are their sines |
+//! | a foam's cell cut into parts with eight struts each, picked by coordinates | the same bytes in twice the time: a block sees forty parts, and no chain of minima is left that drops what is far |
 //! | a sum of five hundred waves cut down for each box | nothing to leave out; compiled, its edges take a third |
 //!
 //! # Walls ahead

@@ -16,7 +16,7 @@
 //! which cost nothing: a distance at one point tells on which side of a level the points around it
 //! are.
 
-use super::tape::{Op, Position, Tape};
+use super::tape::{Op, Operations, Position};
 use crate::expr::{Binary, Unary};
 
 /// Most levels of an operation.
@@ -52,19 +52,24 @@ enum Use {
     Used,
 }
 
-/// The levels that each operation of `tape` is compared with if only the sign of its first output is
+/// The levels that each of `operations` is compared with if only the sign of the first output is
 /// wanted; none where more may be made of it.
 #[must_use]
-pub fn levels(tape: &Tape) -> Vec<Option<Vec<Level>>> {
-    let mut uses = vec![Use::Compared(Vec::new()); tape.len()];
-    for (number, &output) in tape.outputs().iter().enumerate() {
+pub fn levels(operations: &impl Operations) -> Vec<Option<Vec<Level>>> {
+    let mut uses = vec![Use::Compared(Vec::new()); operations.count()];
+    let add = |uses: &mut [Use], p: Position, other: &Use| {
+        if let Some(own) = uses.get_mut(p.index()) {
+            add(own, other);
+        }
+    };
+    for (number, output) in operations.outputs().enumerate() {
         let levels = if number == 0 { Use::Compared(vec![Level::Zero]) } else { Use::Used };
-        add(&mut uses[output.index()], &levels);
+        add(&mut uses, output, &levels);
     }
-    for p in tape.positions().rev() {
+    for p in (0..operations.count()).rev().map(Position::new) {
         let own = uses[p.index()].clone();
-        for (operand, of_operand) in passed(tape, tape.op(p), &own) {
-            add(&mut uses[operand.index()], &of_operand);
+        for (operand, of_operand) in passed(operations, operations.op(p), &own) {
+            add(&mut uses, operand, &of_operand);
         }
     }
     let found = |levels: Use| match levels {
@@ -75,12 +80,12 @@ pub fn levels(tape: &Tape) -> Vec<Option<Vec<Level>>> {
 }
 
 /// What an operation that is used in the way `own` makes of its operands.
-fn passed(tape: &Tape, op: Op, own: &Use) -> Vec<(Position, Use)> {
+fn passed(operations: &impl Operations, op: Op, own: &Use) -> Vec<(Position, Use)> {
     let Use::Compared(levels) = own else {
         return op.operands().iter().map(|o| (*o, Use::Used)).collect();
     };
     let only_zero = levels.iter().all(|level| *level == Level::Zero);
-    let is_uniform = |p: Position| tape.axes(p).is_empty();
+    let is_uniform = |p: Position| operations.is_uniform(p);
     let opposite = || levels.iter().map(|level| level.opposite());
     match op {
         Op::Unary(Unary::Neg, a) => vec![(a, Use::Compared(opposite().collect()))],
@@ -131,6 +136,7 @@ fn add(own: &mut Use, other: &Use) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::eval::tape::Tape;
     use crate::expr::probe::{self, Simplified, Source, evaluate};
     use crate::expr::{Graph, NodeId};
 

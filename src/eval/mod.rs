@@ -19,6 +19,7 @@ pub mod program;
 mod pruned;
 pub mod rates;
 pub mod regions;
+mod rival;
 pub mod sampler;
 pub mod schedule;
 pub mod sign;

@@ -106,6 +106,21 @@ impl std::ops::DerefMut for Operands {
     }
 }
 
+/// Operations, operands before users, as it is seen what becomes of their values.
+pub trait Operations {
+    /// Number of operations.
+    fn count(&self) -> usize;
+
+    /// The operation at `p`.
+    fn op(&self, p: Position) -> Op;
+
+    /// Whether the value at `p` is the same everywhere.
+    fn is_uniform(&self, p: Position) -> bool;
+
+    /// The operations whose values are wanted, in order.
+    fn outputs(&self) -> impl Iterator<Item = Position>;
+}
+
 /// The operations that some outputs need, operands before users.
 #[derive(Clone, Debug)]
 pub struct Tape {
@@ -213,6 +228,24 @@ impl Tape {
             nodes: order.iter().map(|&p| self.node(p)).collect(),
             outputs: self.outputs.iter().map(|&p| at(p)).collect(),
         }
+    }
+}
+
+impl Operations for Tape {
+    fn count(&self) -> usize {
+        self.len()
+    }
+
+    fn op(&self, p: Position) -> Op {
+        self.ops[p.index()]
+    }
+
+    fn is_uniform(&self, p: Position) -> bool {
+        self.axes(p).is_empty()
+    }
+
+    fn outputs(&self) -> impl Iterator<Item = Position> {
+        self.outputs.iter().copied()
     }
 }
 

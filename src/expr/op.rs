@@ -38,6 +38,17 @@ pub enum Output {
     Partial(Axis),
 }
 
+impl Output {
+    /// Its place among the value and the three partial derivatives.
+    #[must_use]
+    pub const fn index(self) -> usize {
+        match self {
+            Self::Value => 0,
+            Self::Partial(axis) => 1 + axis.index(),
+        }
+    }
+}
+
 /// Which of two values an extremum takes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Extremum {

@@ -1,10 +1,11 @@
 //! Operations that are not compiled: functions over lanes, and oracles.
 
 use super::call::Arguments;
-use super::rival::Rival;
+use super::rivals::InPlane;
 use crate::eval::compared::MOST_LEVELS;
+use crate::eval::rival::Rival;
 use crate::eval::tape::{Op, Position, Tape};
-use crate::expr::{Binary, Failure, Interest, Oracle, Output, Queries, Unary};
+use crate::expr::{Binary, Failure, Interest, Oracle, Queries, Unary};
 use crate::geom::Axis;
 use crate::num::lanes;
 use std::sync::Arc;
@@ -139,7 +140,7 @@ impl Call {
                 let mut outs = [None; 4];
                 for &p in ops {
                     if let Op::Oracle(_, output, _) = tape.op(p) {
-                        outs[slot(output)] = Some(result(p));
+                        outs[output.index()] = Some(result(p));
                     }
                 }
                 Function::Oracle(oracle.index(), outs)
@@ -205,15 +206,13 @@ impl Call {
                         oracle.points_for(queries, Interest::Beside(numbers.list()))?;
                     }
                     (None, Some(rival)) => {
-                        rival.with_interest(
-                            arguments,
-                            plane,
-                            lanes,
-                            |interest| match interest {
-                                Some(interest) => oracle.points_for(queries, interest),
-                                None => oracle.points(queries),
-                            },
-                        )?;
+                        let mut room = [[0.0; PLANE]; 2];
+                        let room = room.each_mut().map(|numbers| &mut numbers[..lanes]);
+                        let values = InPlane { arguments, plane };
+                        rival.with_interest(&values, room, |interest| match interest {
+                            Some(interest) => oracle.points_for(queries, interest),
+                            None => oracle.points(queries),
+                        })?;
                     }
                     (None, None) => oracle.points(queries)?,
                 }
@@ -251,13 +250,6 @@ impl Call {
             Function::Binary(..) | Function::Oracle(..) => return false,
         }
         true
-    }
-}
-
-const fn slot(output: Output) -> usize {
-    match output {
-        Output::Value => 0,
-        Output::Partial(axis) => 1 + axis.index(),
     }
 }
 

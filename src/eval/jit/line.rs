@@ -12,10 +12,11 @@ use super::call::{Arguments, Base, Code};
 use super::calls::{Call, Operand, PLANE, Source, Spread};
 use super::flow::{self, Flow, Kind, Segment};
 use super::layout::{self, Home, Users};
-use super::rival::{self, Rival};
+use super::rivals::rivals;
 use super::segment::{Access, LANES, Lanes};
 use super::{CompileError, check_size, tiles};
 use crate::eval::leaves::{AtNodes, Leaves, at_nodes};
+use crate::eval::rival::Rival;
 use crate::eval::schedule::{Schedule, line};
 use crate::eval::tape::{Op, Position};
 use crate::expr::{AxisSet, Failure};
@@ -198,7 +199,7 @@ impl<'a> Plan<'a> {
             begin,
             ends,
             between,
-            rivals: rival::rivals(schedule),
+            rivals: rivals(schedule),
             read: tape.positions().map(is_fixed).collect(),
             read_at_nodes: needed.iter().map(|how| *how == Some(AtNodes::Read)).collect(),
             scratch: 0,
@@ -353,7 +354,7 @@ impl Emit for Part<'_, '_> {
         let tape = self.plan.schedule.tape();
         let rival = ops.iter().find_map(|p| self.plan.rivals.get(p));
         let call = Call::new(tape, ops, PLANE, operand, |p| home(p).buffer().unwrap_or_default());
-        call.against(rival.map(|rival| rival.with(operand)))
+        call.against(rival.map(|rival| rival.at(operand, operand)))
     }
 
     fn fill(&self, (p, value): (Position, f64)) -> Option<Fill> {

@@ -18,7 +18,7 @@ mod line;
 mod lines;
 mod ops;
 mod ranges;
-mod rival;
+mod rivals;
 mod segment;
 mod tiles;
 mod volume;

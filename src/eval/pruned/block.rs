@@ -4,10 +4,11 @@
 //! along z is made once a block. Everything runs in one pass, in buffers that stay in the cache.
 
 use super::Shared;
-use super::cut::{Cut, Op};
+use super::asked;
+use super::cut::{Cut, Item, Op};
 use super::tape::{Place, Shape, Step, Tape, apply, ask};
 use crate::eval::interpret::rows::View;
-use crate::expr::{AxisSet, Failure, Oracle, Output};
+use crate::expr::{AxisSet, Failure, Interest, Oracle, Output, Queries};
 use crate::geom::Axis;
 use crate::num::lanes;
 use std::sync::Arc;
@@ -19,10 +20,21 @@ const FLAT: usize = SIDE * SIDE;
 /// Nodes of a block.
 pub(super) const FULL: usize = SIDE * SIDE * SIDE;
 
+/// What is wanted of the nodes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Yield {
+    /// Whether the value is below zero.
+    Signs,
+    /// The value.
+    Values,
+}
+
 /// The sampling of blocks.
 #[derive(Debug, Default)]
 pub(super) struct Blocks {
     tape: Tape,
+    /// By step that asks an oracle: what the value is compared with, if that is all.
+    levels: Vec<(usize, Vec<f64>)>,
     buffers: Buffers,
     copies: Copies,
 }
@@ -67,9 +79,17 @@ const fn lanes_of(shape: Shape) -> usize {
 }
 
 impl Blocks {
-    /// Takes `cut`, whose output is sampled from now on.
-    pub(super) fn take(&mut self, shared: Shared<'_>, cut: &Cut) {
-        let Self { tape, buffers, .. } = self;
+    /// Takes `cut`, whose output, or the sign of it, is sampled from now on.
+    pub(super) fn take(&mut self, shared: Shared<'_>, cut: &Cut, yields: Yield) {
+        let Self { tape, buffers, levels, .. } = self;
+        levels.clear();
+        if yields == Yield::Signs {
+            let is_step = |item: &Item| !matches!(item.op, Op::Coordinate(_));
+            let of = |(at, own): (usize, Vec<f64>)| {
+                (cut.items[..at].iter().filter(|item| is_step(item)).count(), own)
+            };
+            levels.extend(asked::levels(cut, shared.uniforms).into_iter().map(of));
+        }
         let Buffers { lines, flats, fulls } = buffers;
         let order = 0..cut.items.len();
         let shape_at = |at: usize| shape(cut.items[at].axes);
@@ -93,7 +113,7 @@ impl Blocks {
         at: [&[f64; SIDE]; 3],
         receive: impl FnOnce(View<'_>),
     ) -> Result<(), Failure> {
-        let Self { tape, buffers, copies } = self;
+        let Self { tape, levels, buffers, copies } = self;
         for (axis, at) in Axis::ALL.into_iter().zip(at) {
             if let Some(buffer) = tape.coordinates[axis.index()] {
                 buffers.lines[axis.index()][buffer as usize] = *at;
@@ -102,9 +122,18 @@ impl Blocks {
         lanes::dispatch(
             #[inline(always)]
             || {
-                tape.steps.iter().try_for_each(
+                tape.steps.iter().enumerate().try_for_each(
                     #[inline(always)]
-                    |step| buffers.run(step, copies, oracles),
+                    |(number, step)| {
+                        if let Op::Oracle(oracle, output) = step.op {
+                            let own = levels.iter().find(|(at, _)| *at == number);
+                            let levels = own.map(|(_, levels)| &levels[..]);
+                            let oracle = &oracles[oracle.index()];
+                            return buffers.ask(step, (oracle, output), levels);
+                        }
+                        buffers.run(step, copies);
+                        Ok(())
+                    },
                 )
             },
         )?;
@@ -115,17 +144,10 @@ impl Blocks {
 }
 
 impl Buffers {
+    /// Runs a step that asks no oracle.
     #[inline(always)]
-    fn run(
-        &mut self,
-        step: &Step,
-        copies: &mut Copies,
-        oracles: &[Arc<dyn Oracle>],
-    ) -> Result<(), Failure> {
+    fn run(&mut self, step: &Step, copies: &mut Copies) {
         let buffer = step.out as usize;
-        if let Op::Oracle(oracle, output) = step.op {
-            return self.oracle(step, &oracles[oracle.index()], output);
-        }
         match step.shape {
             Shape::X | Shape::Y | Shape::Z => {
                 let mut out = [0.0; SIDE];
@@ -145,7 +167,6 @@ impl Buffers {
                 self.fulls[buffer] = out;
             }
         }
-        Ok(())
     }
 
     /// Runs a step on rows of 64 lanes.
@@ -209,13 +230,14 @@ impl Buffers {
         }
     }
 
-    /// Asks an oracle, once for the whole block where its coordinates are those of a grid.
+    /// Asks an oracle, once for the whole block where its coordinates are those of a grid; for values
+    /// that compare with `levels` as its own do, if there are any.
     #[inline(never)]
-    fn oracle(
+    fn ask(
         &mut self,
         step: &Step,
-        oracle: &Arc<dyn Oracle>,
-        output: Output,
+        (oracle, output): (&Arc<dyn Oracle>, Output),
+        levels: Option<&[f64]>,
     ) -> Result<(), Failure> {
         let mut values = vec![0.0; lanes_of(step.shape)];
         let along = |place: &Place, shape: Shape| match *place {
@@ -228,7 +250,10 @@ impl Buffers {
         let [x, y, z, _] = &step.args;
         let grid = (along(x, Shape::X), along(y, Shape::Y), along(z, Shape::Z));
         if let ((Some(x), Some(y), Some(z)), Output::Value) = (grid, output) {
-            oracle.brick([x, y, z], &mut values)?;
+            match levels {
+                Some(levels) => oracle.brick_beside([x, y, z], levels, &mut values)?,
+                None => oracle.brick([x, y, z], &mut values)?,
+            }
         } else {
             let points = [x, y, z].map(|place| {
                 let mut points = vec![0.0; values.len()];
@@ -242,7 +267,14 @@ impl Buffers {
                 }
                 points
             });
-            ask(oracle, output, points.each_ref().map(|points| &points[..]), &mut values)?;
+            let at = points.each_ref().map(|points| &points[..]);
+            match levels {
+                Some(levels) => {
+                    let queries = Queries { at, value: &mut values, gradient: None };
+                    oracle.points_for(queries, Interest::Beside(levels))?;
+                }
+                None => ask(oracle, output, at, &mut values)?,
+            }
         }
         let buffer = step.out as usize;
         match step.shape {

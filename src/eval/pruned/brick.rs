@@ -1,6 +1,6 @@
 //! Samples of a brick in a pruned program, block by block.
 
-use super::block::{self, SIDE};
+use super::block::{self, SIDE, Yield};
 use super::code::Form;
 use super::cut::Row;
 use super::focus::{Nearness, Whose};
@@ -32,7 +32,8 @@ impl BoundPruned {
         let PrunedWorkspace { cutter, other, blocks, taken, .. } = workspace;
         if !matches!(taken, Some((own, from)) if *own == form && from == row) {
             cutter.cut(shared.code, form, &[root], &Row(row), other);
-            blocks.take(shared, other);
+            let yields = if form == Form::Sign { Yield::Signs } else { Yield::Values };
+            blocks.take(shared, other, yields);
             *taken = Some((form, row.to_vec()));
         }
         for block in 0..LANES {
@@ -71,10 +72,10 @@ impl BoundPruned {
                 }
                 let guide = focus.choices.within(block);
                 cutter.cut(shared.code, Form::Sign, &[root], &guide, other);
-                blocks.take(shared, other);
+                blocks.take(shared, other, Yield::Signs);
             } else if block == 0 {
                 cutter.cut(shared.code, Form::Sign, &[root], &near.within(0), other);
-                blocks.take(shared, other);
+                blocks.take(shared, other, Yield::Signs);
             }
             if let Some(at) = self.block_at(brick, block) {
                 blocks.sample(shared.oracles(), at, |view| pack(block, view, signs))?;

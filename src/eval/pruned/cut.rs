@@ -8,6 +8,7 @@
 use super::code::{Code, Form, NO_CHOICE};
 use crate::eval::lower::Factor;
 use crate::eval::regions::is_set;
+use crate::eval::tape::Position;
 use crate::expr::graph::operands;
 use crate::expr::{AxisSet, Binary, Extremum, Node, NodeId, OracleId, Output, Unary};
 use crate::geom::Axis;
@@ -28,6 +29,16 @@ impl Arg {
 
     fn uniform(id: NodeId) -> Self {
         Self(id.index() as u32 | Self::UNIFORM)
+    }
+
+    /// The same as a position in what is made of a cut.
+    pub(super) const fn position(self) -> Position {
+        Position::new(self.0 as usize)
+    }
+
+    /// The operand or output at position `p`.
+    pub(super) const fn at(p: Position) -> Self {
+        Self(p.index() as u32)
     }
 
     /// The place of the operation, if it is one; else the index of the uniform value's node.

@@ -10,11 +10,12 @@
 //! so many fewer steps.
 
 use super::Shared;
+use super::asked::{self, Calls};
 use super::cut::{Cut, Op};
 use super::tape::{Place, Shape, Step, Tape, apply, ask};
 use crate::eval::BRICK;
 use crate::eval::interpret::rows::{ROW, View};
-use crate::expr::{Failure, Oracle, Output};
+use crate::expr::{Failure, Oracle};
 use crate::geom::Axis;
 use crate::num::lanes;
 use std::ops::Range;
@@ -44,6 +45,8 @@ pub(super) struct Group {
     steps: Vec<Short>,
     /// Numbers that steps read.
     scalars: Vec<f64>,
+    /// What steps ask; oracles have the number of their call for a fourth operand.
+    calls: Calls,
     /// Steps of the beginning.
     begin: usize,
     /// Whether rows are wide.
@@ -93,7 +96,7 @@ impl Group {
     /// Takes `cut`, whose outputs are the value and its derivative along `axis`.
     pub(super) fn take(&mut self, shared: Shared<'_>, cut: &Cut, axis: Axis) {
         self.brick = None;
-        let Self { lines, line_buffers, tape, steps, scalars, begin, .. } = self;
+        let Self { lines, line_buffers, tape, steps, scalars, calls, begin, .. } = self;
         let count = cut.items.len();
         let axes = |at: usize| cut.items[at].axes;
         let varies = |at: usize| axes(at).contains(axis);
@@ -123,8 +126,13 @@ impl Group {
 
         // Across the edges values on one axis are gathered, if others than such need them.
         let across = (0..count).filter(|at| !varies(*at) && (!is_line(*at) || used[*at].by_many));
-        let along = (0..count).filter(|at| varies(*at));
-        let order: Vec<usize> = across.chain(along).collect();
+        let mut order: Vec<usize> = across.collect();
+        let first_along = order.len();
+        order.extend((0..count).filter(|at| varies(*at)));
+        let (across, along) = order.split_at_mut(first_along);
+        asked::put_off(cut, across);
+        asked::put_off(cut, along);
+        calls.begin(cut, &order);
         let is_kept = |at: usize| used[at].along && !varies(at);
         let is_read = |at: usize| is_line(at) && !varies(at);
         tape.arrange(inputs, order.iter().copied(), |_| Shape::Full, is_kept, is_read);
@@ -132,6 +140,12 @@ impl Group {
         scalars.clear();
         *begin = 0;
         let mut long = tape.steps.iter();
+        let mut scalar = |value: f64| {
+            scalars.push(value);
+            SCALAR | (scalars.len() as u32 - 1)
+        };
+        // The oracle that was asked in the step before.
+        let mut asked: Option<usize> = None;
         for &at in &order {
             let own = axes(at).iter().next().filter(|_| is_line(at));
             let way = match (own, line_of(at)) {
@@ -142,13 +156,29 @@ impl Group {
                 (None, _) => Way::Computed,
             };
             let Some(step) = long.next() else { break };
-            let args = step.args.map(|place| match place {
-                Place::Buffer(_, buffer) => buffer,
-                Place::Scalar(value) => {
-                    scalars.push(value);
-                    SCALAR | (scalars.len() as u32 - 1)
+            let before = asked.take();
+            let mut args = [0; 4];
+            if let Op::Oracle(oracle, output) = step.op {
+                let is_computed = way == Way::Computed;
+                let is_joint = before.is_some_and(|before| asked::is_joint(cut, before, at));
+                if !(is_computed && is_joint) {
+                    let [x, y, z, _] = step.args.map(|place| place.short(&mut scalar));
+                    args = [x, y, z, calls.add(oracle, [x, y, z])];
                 }
-            });
+                calls.answer(inputs, (at, output), step.out, |other| {
+                    let place = other.place().map_or_else(
+                        |node| Place::Scalar(shared.uniforms[node]),
+                        |at| tape.place(at),
+                    );
+                    place.short(&mut scalar)
+                });
+                asked = is_computed.then_some(at);
+                if is_computed && is_joint {
+                    continue;
+                }
+            } else {
+                args = step.args.map(|place| place.short(&mut scalar));
+            }
             steps.push(Short { op: step.op, way, args, out: step.out });
             *begin += usize::from(!varies(at));
         }
@@ -306,7 +336,7 @@ impl Group {
         wanted: Wanted,
     ) -> Result<(), Failure> {
         let stride = self.stride().max(1);
-        let Self { steps: all, scalars, values, line_buffers, nodes, edges, .. } = self;
+        let Self { steps: all, scalars, calls, values, line_buffers, nodes, edges, .. } = self;
         let rows = values.chunks_exact_mut(stride).take(edges.len().div_ceil(W));
         for (row, values) in rows.enumerate() {
             let (values, _) = values.as_chunks_mut::<W>();
@@ -316,9 +346,9 @@ impl Group {
                 let line = |line: u32| &line_buffers[line as usize][..];
                 match (step.way, wanted) {
                     (Way::Computed, _) | (Way::Along(..), Wanted::Between) => {
-                        if let Op::Oracle(oracle, output) = step.op {
-                            let oracle = &oracles[oracle.index()];
-                            oracle_row(step, (oracle, output), edges.len(), scalars, values)?;
+                        if let Op::Oracle(..) = step.op {
+                            let [.., call] = step.args;
+                            calls.run(call, oracles, edges.len(), (scalars, values))?;
                         } else {
                             compute(step, scalars, values);
                         }
@@ -339,9 +369,23 @@ impl Group {
     }
 }
 
+impl Place {
+    /// The same as an operand of edges, `scalar` giving those of scalars.
+    fn short(self, scalar: impl FnOnce(f64) -> u32) -> u32 {
+        match self {
+            Self::Buffer(_, buffer) => buffer,
+            Self::Scalar(value) => scalar(value),
+        }
+    }
+}
+
 /// An operand of a row of edges.
 #[inline(always)]
-fn operand<'v, const W: usize>(arg: u32, scalars: &'v [f64], values: &'v [[f64; W]]) -> View<'v> {
+pub(super) fn operand<'v, const W: usize>(
+    arg: u32,
+    scalars: &'v [f64],
+    values: &'v [[f64; W]],
+) -> View<'v> {
     if arg & SCALAR == 0 {
         View::Rows { values: &values[arg as usize], stride: W }
     } else {
@@ -367,27 +411,6 @@ fn compute<const W: usize>(step: &Short, scalars: &[f64], values: &mut [[f64; W]
     };
     apply::<W>(step.op, args, &mut out);
     values[step.out as usize] = out;
-}
-
-/// Asks an oracle at the first `edges` edges of a row.
-#[inline(never)]
-fn oracle_row<const W: usize>(
-    step: &Short,
-    (oracle, output): (&Arc<dyn Oracle>, Output),
-    edges: usize,
-    scalars: &[f64],
-    values: &mut [[f64; W]],
-) -> Result<(), Failure> {
-    let [x, y, z, _] = step.args;
-    let at = [x, y, z].map(|arg| {
-        let mut at = [0.0; W];
-        operand(arg, scalars, values).copy_rows_to::<W>(&mut at);
-        at
-    });
-    let mut out = [0.0; W];
-    ask(oracle, output, at.each_ref().map(|at| &at[..edges]), &mut out[..edges])?;
-    values[step.out as usize] = out;
-    Ok(())
 }
 
 /// Who uses an operation.

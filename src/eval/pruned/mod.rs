@@ -4,7 +4,8 @@
 //! evaluate: a block of it needs ten. Here nothing is arranged for the whole. A box comes with the
 //! activity that intervals left it; a walk from the root meets the operations that are alive
 //! ([`cut`]), which are enclosed ([`enclose`]) or laid out as steps ([`tape`]) and run over the
-//! nodes of a block of eight a side ([`block`]) or over edges ([`edges`]). The eight blocks of a brick are
+//! nodes of a block of eight a side ([`block`]) or over edges ([`edges`]), and oracles are [`asked`] for
+//! what shows. The eight blocks of a brick are
 //! enclosed once more before they are sampled, each for itself, near zero alone ([`focus`]): so the
 //! cost of a brick is that of the parts near its surface.
 //!
@@ -13,6 +14,7 @@
 //!
 //! It promises nothing about time where nothing can be left out; then it is an interpreter.
 
+mod asked;
 mod block;
 mod brick;
 mod choices;

@@ -17,13 +17,8 @@
 //! computed. They are undone in turn. Each step is off by a rounding, in units of its operands, and
 //! each time the number is moved away by many times that, so that a value beyond it loses strictly.
 
-use super::call::Arguments;
-use super::calls::{Operand, PLANE};
-use crate::eval::regions::is_set;
-use crate::eval::schedule::Schedule;
-use crate::eval::tape::{Op, Position};
-use crate::expr::{Binary, Extremum, Interest, Output, Unary};
-use rustc_hash::FxHashMap;
+use super::tape::{Op, Operations, Position};
+use crate::expr::{Binary, Extremum, Interest, Unary};
 
 /// By how much more than the rounding errors of a step the number is moved, in units of the
 /// operands.
@@ -92,66 +87,70 @@ impl Reach {
     }
 }
 
-/// The rivals of oracle values, by position.
-pub(super) fn rivals(schedule: &Schedule) -> FxHashMap<Position, Rival<Position, Position>> {
-    let tape = schedule.tape();
-    let values =
-        tape.positions().filter(|p| matches!(tape.op(*p), Op::Oracle(_, Output::Value, _)));
-    values.filter_map(|p| Some((p, rival(schedule, p)?))).collect()
+/// When the values of operations are there.
+pub(super) trait Order {
+    /// Whether the value at `other` is there when the oracle whose value is at `value` is asked.
+    fn is_before(&self, other: Position, value: Position) -> bool;
+
+    /// The activity bits without which it is not, where it is compared at the side `side` of the
+    /// choice at `p`.
+    fn needed(&self, other: Position, value: Position, at: (Position, usize)) -> Vec<u32>;
 }
 
 /// What all answers that the oracle gives for the point of its value at `value` lose against.
-fn rival(schedule: &Schedule, value: Position) -> Option<Rival<Position, Position>> {
-    let tape = schedule.tape();
-    let Op::Oracle(oracle, _, point) = tape.op(value) else { return None };
-    let mut reach = vec![Reach::Apart; tape.len()];
-    let mut conditions = Vec::new();
-    for p in tape.positions() {
-        let of = |p: Position| reach[p.index()];
-        let op = tape.op(p);
+pub(super) fn rival(
+    operations: &impl Operations,
+    order: &impl Order,
+    value: Position,
+) -> Option<Rival<Position, Position>> {
+    let Op::Oracle(oracle, _, point) = operations.op(value) else { return None };
+    let mut reach = vec![Reach::Apart; operations.count()];
+    let mut search = Search { operations, order, value, conditions: Vec::new() };
+    for p in (0..operations.count()).map(Position::new) {
+        // What is uniform may be no operation of these.
+        let of = |p: Position| reach.get(p.index()).copied().unwrap_or(Reach::Apart);
+        let op = operations.op(p);
         reach[p.index()] = match op {
             Op::Oracle(other, _, at) if other == oracle && at == point => Reach::Reached,
             Op::Binary(Binary::Min | Binary::Max, a, b) => {
-                match choice(schedule, value, p, [a, b], [of(a), of(b)], &mut conditions) {
-                    Choice::Either if [of(a), of(b)] == [Reach::Apart; 2] => Reach::Apart,
-                    Choice::Either => Reach::Decided,
+                match search.choice(p, [a, b], [of(a), of(b)]) {
+                    Choice::Either => together([a, b].map(of)),
                     Choice::Takes(_, other) => Reach::Equal(other),
                     Choice::Reached => Reach::Reached,
                 }
             }
-            Op::Pick(_, [a, b, c, d]) => {
-                let decided = [of(c), of(d)];
-                match choice(schedule, value, p, [a, b], [of(a), of(b)], &mut conditions) {
-                    Choice::Either if decided.contains(&Reach::Reached) => Reach::Reached,
-                    Choice::Either if [a, b, c, d].map(of) == [Reach::Apart; 4] => Reach::Apart,
-                    Choice::Either => Reach::Decided,
-                    Choice::Takes(side, _) if decided[side] == Reach::Apart => {
-                        Reach::Equal([c, d][side])
-                    }
-                    Choice::Takes(side, _) => decided[side],
-                    Choice::Reached => Reach::Reached,
+            Op::Pick(_, [a, b, c, d]) => match search.choice(p, [a, b], [of(a), of(b)]) {
+                Choice::Either => together([a, b, c, d].map(of)),
+                Choice::Takes(side, _) if of([c, d][side]) == Reach::Apart => {
+                    Reach::Equal([c, d][side])
                 }
-            }
+                Choice::Takes(side, _) => of([c, d][side]),
+                Choice::Reached => Reach::Reached,
+            },
             Op::Coordinate(_)
             | Op::Constant(_)
             | Op::Parameter(_)
             | Op::Unary(..)
             | Op::Binary(..)
-            | Op::Oracle(..) => {
-                let operands = op.operands();
-                let mut reaches = operands.iter().map(|o| of(*o));
-                if operands.iter().any(|o| of(*o) == Reach::Reached) {
-                    Reach::Reached
-                } else if reaches.all(|reach| reach == Reach::Apart) {
-                    Reach::Apart
-                } else {
-                    Reach::Decided
-                }
-            }
+            | Op::Oracle(..) => together(op.operands().iter().map(|o| of(*o))),
         };
     }
-    let shows = tape.outputs().iter().any(|p| reach[p.index()] == Reach::Reached);
+    let conditions = search.conditions;
+    let of = |p: Position| reach.get(p.index()).copied().unwrap_or(Reach::Apart);
+    let shows = operations.outputs().any(|p| of(p) == Reach::Reached);
     (!shows && (1..=MOST_CONDITIONS).contains(&conditions.len())).then_some(Rival { conditions })
+}
+
+/// The reach of what is made from values of these reaches.
+fn together(reaches: impl IntoIterator<Item = Reach>) -> Reach {
+    let join = |all: Reach, one: Reach| match (all, one) {
+        (Reach::Reached, _) | (_, Reach::Reached) => Reach::Reached,
+        (Reach::Apart, Reach::Apart) => Reach::Apart,
+        (Reach::Equal(_) | Reach::Decided, _) | (_, Reach::Equal(_) | Reach::Decided) => {
+            Reach::Decided
+        }
+    };
+    reaches.into_iter().fold(Reach::Apart, join)
 }
 
 /// What an extremum takes where the answers are beyond the number.
@@ -165,62 +164,47 @@ enum Choice {
     Reached,
 }
 
-/// What the choice at `p` between `sides` takes, of which `reach` is known; appends the condition
-/// for that to `conditions`.
-fn choice(
-    schedule: &Schedule,
+/// The search for what the answers of the oracle whose value is at `value` lose against.
+struct Search<'a, O, T> {
+    operations: &'a O,
+    order: &'a T,
     value: Position,
-    p: Position,
-    sides: [Position; 2],
-    reach: [Reach; 2],
-    conditions: &mut Vec<Condition<Position, Position>>,
-) -> Choice {
-    let own = match reach.map(|reach| reach == Reach::Reached) {
-        [false, false] => return Choice::Either,
-        [true, true] => return Choice::Reached,
-        [true, false] => 0,
-        [false, true] => 1,
-    };
-    let (tape, winner) = (schedule.tape(), 1 - own);
-    let known = reach[winner].at_hand(sides[winner]).filter(|other| *other < value);
-    let parts = (tape.op(p).choice(), known, way(schedule, sides[own], value));
-    let (Some((extremum, ..)), Some(other), Some(undo)) = parts else { return Choice::Reached };
-    let needed = needed(schedule, value, other, (p, winner));
-    let condition = Condition { extremum, other, undo, needed };
-    if !conditions.contains(&condition) {
-        conditions.push(condition);
-    }
-    Choice::Takes(winner, other)
+    conditions: Vec<Condition<Position, Position>>,
 }
 
-/// The activity bits without which there is no value at `other` where the oracle of `value` is
-/// asked, `other` being compared at the side `side` of the choice at `p`.
-///
-/// Where the region that is that side is dead, a number that loses stands in for it.
-fn needed(
-    schedule: &Schedule,
-    value: Position,
-    other: Position,
-    (p, side): (Position, usize),
-) -> Vec<u32> {
-    let regions = schedule.regions();
-    let mut region = regions.of(other);
-    if regions.sides(p).and_then(|sides| sides[side]) == Some(region) {
-        region = regions.parent(region);
+impl<O: Operations, T: Order> Search<'_, O, T> {
+    /// What the choice at `p` between `sides` takes, of which `reach` is known; notes the condition
+    /// for that.
+    fn choice(&mut self, p: Position, sides: [Position; 2], reach: [Reach; 2]) -> Choice {
+        let own = match reach.map(|reach| reach == Reach::Reached) {
+            [false, false] => return Choice::Either,
+            [true, true] => return Choice::Reached,
+            [true, false] => 0,
+            [false, true] => 1,
+        };
+        let Self { operations, order, value, conditions } = self;
+        let winner = 1 - own;
+        let known = reach[winner].at_hand(sides[winner]);
+        let other = known.filter(|other| order.is_before(*other, *value));
+        let undo = way(*operations, sides[own], *value);
+        let (Some((extremum, ..)), Some(other), Some(undo)) =
+            (operations.op(p).choice(), other, undo)
+        else {
+            return Choice::Reached;
+        };
+        let needed = order.needed(other, *value, (p, winner));
+        let condition = Condition { extremum, other, undo, needed };
+        if !conditions.contains(&condition) {
+            conditions.push(condition);
+        }
+        Choice::Takes(winner, other)
     }
-    let mut bits = Vec::new();
-    while regions.common(region, regions.of(value)) != region {
-        bits.extend(regions.bit(region));
-        region = regions.parent(region);
-    }
-    bits
 }
 
 /// The steps from the operation at `from` to the oracle at `to`, if there are no others.
-fn way(schedule: &Schedule, from: Position, to: Position) -> Option<Vec<Undo<Position>>> {
-    let tape = schedule.tape();
-    let is_uniform = |p: Position| tape.axes(p).is_empty();
-    let factor = |p: Position| match tape.op(p) {
+fn way(operations: &impl Operations, from: Position, to: Position) -> Option<Vec<Undo<Position>>> {
+    let is_uniform = |p: Position| operations.is_uniform(p);
+    let factor = |p: Position| match operations.op(p) {
         Op::Constant(bits) => Some(f64::from_bits(bits)).filter(|c| c.is_normal() && *c > 0.0),
         Op::Coordinate(_)
         | Op::Parameter(_)
@@ -231,7 +215,7 @@ fn way(schedule: &Schedule, from: Position, to: Position) -> Option<Vec<Undo<Pos
     };
     let (mut at, mut steps) = (from, Vec::new());
     while at != to {
-        let (next, step) = match tape.op(at) {
+        let (next, step) = match operations.op(at) {
             Op::Unary(Unary::Neg, a) => (a, Undo::Negate),
             Op::Binary(Binary::Add, a, b) if is_uniform(b) => (a, Undo::Subtract(b)),
             Op::Binary(Binary::Add, a, b) if is_uniform(a) => (b, Undo::Subtract(a)),
@@ -258,19 +242,23 @@ fn way(schedule: &Schedule, from: Position, to: Position) -> Option<Vec<Undo<Pos
 }
 
 impl Rival<Position, Position> {
-    /// The same with operands in the place of positions.
-    pub(super) fn with(&self, operand: impl Fn(Position) -> Operand) -> Rival<Operand, Operand> {
+    /// The same with the places of uniform values and of others in the place of positions.
+    pub(super) fn at<U, O>(
+        &self,
+        uniform: impl Fn(Position) -> U,
+        mut other: impl FnMut(Position) -> O,
+    ) -> Rival<U, O> {
         let step = |step: &Undo<Position>| match *step {
-            Undo::Subtract(p) => Undo::Subtract(operand(p)),
-            Undo::Add(p) => Undo::Add(operand(p)),
-            Undo::From(p) => Undo::From(operand(p)),
+            Undo::Subtract(p) => Undo::Subtract(uniform(p)),
+            Undo::Add(p) => Undo::Add(uniform(p)),
+            Undo::From(p) => Undo::From(uniform(p)),
             Undo::Negate => Undo::Negate,
             Undo::Divide(c) => Undo::Divide(c),
             Undo::Multiply(c) => Undo::Multiply(c),
         };
         let condition = |condition: &Condition<Position, Position>| Condition {
             extremum: condition.extremum,
-            other: operand(condition.other),
+            other: other(condition.other),
             undo: condition.undo.iter().map(step).collect(),
             needed: condition.needed.clone(),
         };
@@ -314,24 +302,34 @@ impl Beyond {
     }
 }
 
-impl Rival<Operand, Operand> {
-    /// Calls `ask` with what of the oracle's values in plane `plane` counts, `None` where all do;
-    /// `lanes` are asked for.
+/// The values of an engine, where it is about to ask an oracle.
+pub(super) trait Values<U, O> {
+    /// Whether an activity bit is set.
+    fn is_active(&self, bit: u32) -> bool;
+
+    /// A uniform value.
+    fn uniform(&self, place: U) -> f64;
+
+    /// Writes other values, one a lane, to `out`.
+    fn others(&self, place: O, out: &mut [f64]);
+}
+
+impl<U: Copy, O: Copy> Rival<U, O> {
+    /// Calls `ask` with what of the oracle's values counts, `None` where all do; `room` has as many
+    /// lanes as are asked for.
     pub(super) fn with_interest<R>(
         &self,
-        arguments: &Arguments<'_>,
-        plane: usize,
-        lanes: usize,
+        values: &impl Values<U, O>,
+        room: [&mut [f64]; 2],
         ask: impl FnOnce(Option<Interest<'_>>) -> R,
     ) -> R {
-        let mut numbers = [[0.0; PLANE]; 2];
-        let [all, own] = numbers.each_mut().map(|numbers| &mut numbers[..lanes]);
+        let [all, own] = room;
         let mut joint = None;
         for condition in &self.conditions {
-            if !condition.needed.iter().all(|bit| is_set(arguments.activity, *bit)) {
+            if !condition.needed.iter().all(|bit| values.is_active(*bit)) {
                 return ask(None);
             }
-            let beyond = condition.number(arguments, plane, own);
+            let beyond = condition.number(values, own);
             match joint.replace(beyond) {
                 None => all.copy_from_slice(own),
                 Some(same) if same == beyond => {
@@ -349,18 +347,13 @@ impl Rival<Operand, Operand> {
     }
 }
 
-impl Condition<Operand, Operand> {
+impl<U: Copy, O: Copy> Condition<U, O> {
     /// Writes the number beyond which a value loses in each lane, and returns on which side of it.
-    fn number(&self, arguments: &Arguments<'_>, plane: usize, numbers: &mut [f64]) -> Beyond {
-        self.other.spread_to(arguments, plane, numbers);
+    fn number(&self, values: &impl Values<U, O>, numbers: &mut [f64]) -> Beyond {
+        values.others(self.other, numbers);
         let mut beyond = match self.extremum {
             Extremum::Max => Beyond::Less,
             Extremum::Min => Beyond::Greater,
-        };
-        let uniform = |operand: Operand| {
-            let mut value = [0.0];
-            operand.spread_to(arguments, plane, &mut value);
-            value[0]
         };
         numbers.iter_mut().for_each(|number| *number = beyond.moved(*number, 0.0));
         for step in &self.undo {
@@ -371,15 +364,15 @@ impl Condition<Operand, Operand> {
             };
             match *step {
                 Undo::Subtract(u) => {
-                    let u = uniform(u);
+                    let u = values.uniform(u);
                     each(beyond, u, &|number| number - u);
                 }
                 Undo::Add(u) => {
-                    let u = uniform(u);
+                    let u = values.uniform(u);
                     each(beyond, u, &|number| number + u);
                 }
                 Undo::From(u) => {
-                    let u = uniform(u);
+                    let u = values.uniform(u);
                     beyond = beyond.flipped();
                     each(beyond, u, &|number| u - number);
                 }
