@@ -32,6 +32,7 @@ mod off;
 pub mod open;
 pub mod output;
 pub mod ply;
+mod runs;
 mod stl;
 mod text;
 mod threemf;

@@ -4,6 +4,7 @@ use super::Format;
 use super::assembly::{Assembly, ReadReport};
 use super::error::{Fault, Flaw};
 use super::output::{Precision, WriteError};
+use super::runs::Runs;
 use super::text::{self, Lines, integer, syntax, without_comment, words};
 use crate::mesh::Mesh;
 use crate::num::{Cancelled, Progress};
@@ -299,16 +300,18 @@ pub(super) fn is_obj(bytes: &[u8]) -> bool {
 
 /// Writes positions and triangles, numbered from 1.
 pub(super) fn write(
-    mesh: &Mesh,
+    mesh: &dyn Runs,
     precision: Precision,
     out: &mut dyn Write,
 ) -> Result<(), WriteError> {
     writeln!(out, "# alveole {}", env!("CARGO_PKG_VERSION"))?;
-    text::write_rows(&mesh.positions, out, |row, point| {
-        text::push_point(row, "v ", point, precision)
+    mesh.vertices(&mut |run| {
+        text::write_rows(run, out, |row, point| text::push_point(row, "v ", point, precision))
     })?;
-    text::write_rows(&mesh.triangles, out, |row, corners| {
-        let [a, b, c] = corners.map(|corner| u64::from(corner) + 1);
-        Ok(writeln!(row, "f {a} {b} {c}")?)
+    mesh.triangles(&mut |run| {
+        text::write_rows(run, out, |row, corners| {
+            let [a, b, c] = corners.map(|corner| u64::from(corner) + 1);
+            Ok(writeln!(row, "f {a} {b} {c}")?)
+        })
     })
 }

@@ -6,6 +6,7 @@
 use super::assembly::{Assembly, ReadReport};
 use super::error::{Fault, Flaw};
 use super::output::{Precision, WriteError};
+use super::runs::Runs;
 use super::text::{self, Lines, integer, number, syntax, without_comment, words};
 use super::{Format, Refused};
 use crate::mesh::Mesh;
@@ -135,13 +136,16 @@ pub(super) fn is_off(bytes: &[u8]) -> bool {
 
 /// Writes plain OFF; the count of edges, which no reader uses, is 0.
 pub(super) fn write(
-    mesh: &Mesh,
+    mesh: &dyn Runs,
     precision: Precision,
     out: &mut dyn Write,
 ) -> Result<(), WriteError> {
-    writeln!(out, "OFF\n{} {} 0", mesh.positions.len(), mesh.triangles.len())?;
-    text::write_rows(&mesh.positions, out, |row, point| {
-        text::push_point(row, "", point, precision)
+    let (vertices, triangles) = mesh.counts();
+    writeln!(out, "OFF\n{vertices} {triangles} 0")?;
+    mesh.vertices(&mut |run| {
+        text::write_rows(run, out, |row, point| text::push_point(row, "", point, precision))
     })?;
-    text::write_rows(&mesh.triangles, out, |row, [a, b, c]| Ok(writeln!(row, "3 {a} {b} {c}")?))
+    mesh.triangles(&mut |run| {
+        text::write_rows(run, out, |row, [a, b, c]| Ok(writeln!(row, "3 {a} {b} {c}")?))
+    })
 }

@@ -7,6 +7,7 @@ use super::Format;
 use super::assembly::{Assembly, ReadReport};
 use super::error::{Fault, Flaw};
 use super::output::{Precision, WriteError, single};
+use super::runs::Runs;
 use super::text::{Lines, number, syntax, words};
 use crate::mesh::Mesh;
 use crate::mesh::weld::Welder;
@@ -18,8 +19,6 @@ const HEADER: usize = 84;
 
 /// Bytes of a triangle in a binary file: normal, three corners, attribute.
 const RECORD: usize = 50;
-/// Triangles encoded between two writes: a buffer that stays in cache.
-const TRIANGLES_A_PIECE: usize = 1 << 12;
 
 /// Reads a text or binary file and merges the vertices at equal positions.
 ///
@@ -162,7 +161,7 @@ pub(super) fn count(triangles: u64) -> Result<u32, WriteError> {
 
 /// Writes the binary variant; normals are those of the rounded corners, zero where they have none.
 pub(super) fn write(
-    mesh: &Mesh,
+    mesh: &dyn Runs,
     precision: Precision,
     out: &mut dyn Write,
 ) -> Result<(), WriteError> {
@@ -173,24 +172,23 @@ pub(super) fn write(
     let title = concat!("alveole ", env!("CARGO_PKG_VERSION"), " binary STL").as_bytes();
     header[..title.len()].copy_from_slice(title);
     out.write_all(&header)?;
-    out.write_all(&count(mesh.triangles.len() as u64)?.to_le_bytes())?;
-    let mut buffer = vec![0; TRIANGLES_A_PIECE * RECORD];
-    for piece in mesh.triangles.chunks(TRIANGLES_A_PIECE) {
-        let (records, _) = buffer.as_chunks_mut::<RECORD>();
-        for (record, corners) in records.iter_mut().zip(piece) {
-            encode(record, mesh, corners)?;
+    let (_, triangles) = mesh.counts();
+    out.write_all(&count(triangles)?.to_le_bytes())?;
+    let mut buffer = Vec::new();
+    mesh.corners(&mut |run| {
+        buffer.resize(run.len() * RECORD, 0);
+        let (records, _) = buffer.as_chunks_mut();
+        for (record, corners) in records.iter_mut().zip(run) {
+            encode(record, corners)?;
         }
-        out.write_all(&buffer[..piece.len() * RECORD])?;
-    }
-    Ok(())
+        Ok(out.write_all(&buffer)?)
+    })
 }
 
-fn encode(record: &mut [u8; RECORD], mesh: &Mesh, corners: &[u32; 3]) -> Result<(), WriteError> {
+fn encode(record: &mut [u8; RECORD], corners: &[[f64; 3]; 3]) -> Result<(), WriteError> {
     let mut points = [[0.0_f32; 3]; 3];
-    for (point, &corner) in points.iter_mut().zip(corners) {
-        for (rounded, value) in point.iter_mut().zip(mesh.positions[corner as usize]) {
-            *rounded = single(value)?;
-        }
+    for (rounded, value) in points.as_flattened_mut().iter_mut().zip(corners.as_flattened()) {
+        *rounded = single(*value)?;
     }
     let numbers = std::iter::once(normal(&points)).chain(points).flatten();
     let (slots, _) = record.as_chunks_mut::<4>();

@@ -2,6 +2,7 @@
 
 use super::error::{Fault, Flaw, Place};
 use super::output::{Precision, WriteError, single};
+use super::runs::ITEMS_A_RUN;
 use rayon::prelude::*;
 use std::io::Write;
 
@@ -107,10 +108,9 @@ pub(super) fn syntax(expected: &'static str, found: Option<&[u8]>) -> Fault {
     Fault::Syntax { expected, found }
 }
 
-/// Rows that one thread formats at a time: some hundred kilobytes of text.
+/// Rows that one thread formats at a time: some hundred kilobytes of text. What compresses the text
+/// makes other bytes of other pieces.
 const ROWS_A_PIECE: usize = 1 << 13;
-/// Pieces held in memory at a time.
-const PIECES_A_BATCH: usize = 64;
 
 /// Writes one row of text for each of `rows`, in order, formatting on all threads.
 ///
@@ -121,7 +121,7 @@ pub(super) fn write_rows<T: Sync>(
     out: &mut dyn Write,
     format: impl Fn(&mut Vec<u8>, &T) -> Result<(), WriteError> + Sync,
 ) -> Result<(), WriteError> {
-    for batch in rows.chunks(ROWS_A_PIECE * PIECES_A_BATCH) {
+    for batch in rows.chunks(ITEMS_A_RUN) {
         let pieces: Vec<Result<Vec<u8>, WriteError>> = batch
             .par_chunks(ROWS_A_PIECE)
             .map(|piece| {

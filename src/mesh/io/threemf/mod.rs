@@ -3,7 +3,8 @@
 //! **Reading** takes the mesh of every item that is to be built, moved and scaled to millimetres;
 //! items are put together without joining their vertices. Colours, materials, slices and beams
 //! are ignored and reported; models in other parts of the archive (the production extension)
-//! are not read. **Writing** makes one object in millimetres.
+//! are not read. **Writing** makes one object in millimetres. Both pass the text of the model on piece
+//! by piece, between the archive and the markup, and never hold it whole.
 //!
 //! Nothing in a file is trusted: parts are unpacked only up to a limit, components that contain
 //! themselves are a fault, and a model's copies may not outnumber what memory holds. The same mesh

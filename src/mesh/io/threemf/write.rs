@@ -1,8 +1,8 @@
 //! Writes one object in millimetres.
 
 use super::super::output::{Precision, WriteError};
+use super::super::runs::Runs;
 use super::super::text;
-use crate::mesh::Mesh;
 use std::io::{self, Write};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipWriter};
@@ -29,7 +29,7 @@ const LEVEL: i64 = 1;
 
 /// Writes `mesh` as the only object of a 3MF archive.
 pub(in super::super) fn write(
-    mesh: &Mesh,
+    mesh: &dyn Runs,
     precision: Precision,
     out: &mut dyn Write,
 ) -> Result<(), WriteError> {
@@ -45,17 +45,21 @@ pub(in super::super) fn write(
     }
     archive.start_file("3D/3dmodel.model", options).map_err(io::Error::from)?;
     archive.write_all(BEFORE.as_bytes())?;
-    text::write_rows(&mesh.positions, &mut archive, |row, point| {
-        for (axis, value) in ["<vertex x=\"", "\" y=\"", "\" z=\""].into_iter().zip(point) {
-            row.extend_from_slice(axis.as_bytes());
-            text::push_number(row, *value, precision)?;
-        }
-        row.extend_from_slice(b"\"/>\n");
-        Ok(())
+    mesh.vertices(&mut |run| {
+        text::write_rows(run, &mut archive, |row, point| {
+            for (axis, value) in ["<vertex x=\"", "\" y=\"", "\" z=\""].into_iter().zip(point) {
+                row.extend_from_slice(axis.as_bytes());
+                text::push_number(row, *value, precision)?;
+            }
+            row.extend_from_slice(b"\"/>\n");
+            Ok(())
+        })
     })?;
     archive.write_all(BETWEEN.as_bytes())?;
-    text::write_rows(&mesh.triangles, &mut archive, |row, [a, b, c]| {
-        Ok(writeln!(row, "<triangle v1=\"{a}\" v2=\"{b}\" v3=\"{c}\"/>")?)
+    mesh.triangles(&mut |run| {
+        text::write_rows(run, &mut archive, |row, [a, b, c]| {
+            Ok(writeln!(row, "<triangle v1=\"{a}\" v2=\"{b}\" v3=\"{c}\"/>")?)
+        })
     })?;
     archive.write_all(AFTER.as_bytes())?;
     archive.finish().map_err(io::Error::from)?;
