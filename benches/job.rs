@@ -50,7 +50,8 @@ fn text_to_file(model: Model) {
     let settings = Settings::with_spacing(2.0 / 100.0);
     let grid = job.grid(&settings).unwrap();
     let file = tempfile::tempfile().unwrap();
-    let mut sink = FileSink::new(file, Format::Ply, Precision::Single).unwrap();
+    let folder = std::env::temp_dir();
+    let mut sink = FileSink::new(file, Format::Ply, Precision::Single, &folder).unwrap();
     job.contour(&grid, &settings, &Progress::new(), &mut sink).unwrap();
     sink.finish().unwrap();
 }

@@ -102,7 +102,9 @@ fn a_sink_gives_the_bytes_of_the_writer() {
     let mesh = potato();
     for format in Format::ALL {
         let file = tempfile::NamedTempFile::new().unwrap();
-        let mut sink = FileSink::new(file.reopen().unwrap(), format, Precision::Single).unwrap();
+        let folder = file.path().parent().unwrap();
+        let mut sink =
+            FileSink::new(file.reopen().unwrap(), format, Precision::Single, folder).unwrap();
         let half = mesh.triangles.len() / 2;
         sink.begin(mesh.positions.len() as u64, mesh.triangles.len() as u64).unwrap();
         sink.triangles(half as u64, &mesh.triangles[half..]).unwrap();
@@ -114,7 +116,8 @@ fn a_sink_gives_the_bytes_of_the_writer() {
         assert!(written == bytes(&mesh, format, Precision::Single), "{format:?}");
     }
     let file = tempfile::tempfile().unwrap();
-    let refused = FileSink::new(file, Format::Stl, Precision::Double).unwrap_err();
+    let folder = std::env::temp_dir();
+    let refused = FileSink::new(file, Format::Stl, Precision::Double, &folder).unwrap_err();
     assert!(refused.to_string().contains("PLY"));
 }
 

@@ -68,8 +68,8 @@ struct Tally {
 }
 
 /// Interrupts as many runs as `rounds` says, at random moments.
-fn interrupt(rounds: u64, name: &str, tally: &mut Tally) {
-    let job = ["-q", "-s", "2/160", "-o", name, "gyroid", "shell", "0.4", "sphere"];
+fn interrupt(rounds: u64, spacing: &str, name: &str, tally: &mut Tally) {
+    let job = ["-q", "-s", spacing, "-o", name, "gyroid", "shell", "0.4", "sphere"];
     let folder = tempfile::tempdir().unwrap();
     let target = folder.path().join(name);
     let begin = Instant::now();
@@ -140,8 +140,10 @@ fn is_possible(status: ExitStatus, number: i32) -> bool {
 fn an_output_is_the_old_one_or_the_new_one_whenever_it_is_interrupted() {
     let mut tally = Tally::default();
     for name in ["out.ply", "out.stl"] {
-        interrupt(6, name, &mut tally);
+        interrupt(6, "2/160", name, &mut tally);
     }
+    // A mesh of 50 MiB in memory, which waits in a file.
+    interrupt(6, "2/300", "out.stl", &mut tally);
     println!("{tally:?}");
 }
 
@@ -150,7 +152,7 @@ fn an_output_is_the_old_one_or_the_new_one_whenever_it_is_interrupted() {
 fn two_hundred_interruptions_leave_the_old_output_or_the_new_one() {
     let mut tally = Tally::default();
     for name in ["out.ply", "out.stl", "out.3mf", "out.obj"] {
-        interrupt(50, name, &mut tally);
+        interrupt(50, "2/160", name, &mut tally);
     }
     println!("{tally:?}");
     // Moments are drawn beyond the end of a run: each outcome must have been seen.

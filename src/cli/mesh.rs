@@ -9,10 +9,8 @@ use super::table::significant;
 use super::{stats, work};
 use crate::contour::{self, Grid};
 use crate::job::{self, Job, Report, Settings, Slivers, Spacing, Survey, longest_edge};
-use crate::mesh::io::{self, FileSink, Format, Precision};
-use crate::mesh::sink::Collect;
+use crate::mesh::io::{FileSink, Format, Precision};
 use crate::num::Progress;
-use std::io::BufWriter;
 use std::path::Path;
 use std::time::Instant;
 
@@ -74,23 +72,12 @@ pub(super) fn write(
     let Target { path, format, precision } = *target;
     let precision = precision.unwrap_or_else(|| grid.precision());
     let output = Output::open(path)?;
-    let report = if output.is_seekable() {
-        let file = output.file().try_clone().map_err(|error| output.failure(error))?;
-        let mut sink = FileSink::new(file, format, precision)?;
-        let report = job
-            .contour(grid, settings, progress, &mut sink)
-            .map_err(|error| blame(error, &output))?;
-        sink.finish().map_err(|error| output.refusal(error))?;
-        report
-    } else {
-        let mut sink = Collect::default();
-        let report = job.contour(grid, settings, progress, &mut sink)?;
-        let mut out = BufWriter::with_capacity(1 << 20, output.file());
-        io::write(&sink.into_mesh(), format, precision, &mut out)
-            .map_err(|error| output.refusal(error))?;
-        out.into_inner().map_err(|error| output.failure(error.into_error()))?;
-        report
-    };
+    let file = output.file().try_clone().map_err(|error| output.failure(error))?;
+    let new = if output.is_seekable() { FileSink::new } else { FileSink::in_order };
+    let mut sink = new(file, format, precision, output.folder())?;
+    let report =
+        job.contour(grid, settings, progress, &mut sink).map_err(|error| blame(error, &output))?;
+    sink.finish().map_err(|error| output.refusal(error))?;
     output.finish()?;
     Ok((precision, report))
 }

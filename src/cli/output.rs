@@ -41,6 +41,8 @@ pub(super) struct Output {
     named: PathBuf,
     file: File,
     replacement: Option<(TempPath, PathBuf)>,
+    /// Where it is, or for what is no regular file the system's for temporary files.
+    folder: PathBuf,
     seekable: bool,
 }
 
@@ -53,7 +55,8 @@ impl Output {
         let failed = |source| OutputError::Write { path: named.clone(), source };
         if path == Path::new("-") {
             let file = standard_output().map_err(failed)?;
-            return Ok(Self { named, file, replacement: None, seekable: false });
+            let folder = std::env::temp_dir();
+            return Ok(Self { named, file, replacement: None, folder, seekable: false });
         }
         let target = resolve(path).map_err(failed)?;
         match fs::metadata(&target) {
@@ -61,12 +64,15 @@ impl Output {
             Ok(data) if !data.is_file() => {
                 let mut file = File::options().write(true).open(&target).map_err(failed)?;
                 let seekable = file.seek(SeekFrom::Start(0)).is_ok();
-                Ok(Self { named, file, replacement: None, seekable })
+                let folder = std::env::temp_dir();
+                Ok(Self { named, file, replacement: None, folder, seekable })
             }
             existing => {
                 let permissions = existing.ok().map(|data| data.permissions());
+                let folder = folder(&target).to_owned();
                 let (file, temporary) = beside(&target, permissions).map_err(failed)?;
-                Ok(Self { named, file, replacement: Some((temporary, target)), seekable: true })
+                let replacement = Some((temporary, target));
+                Ok(Self { named, file, replacement, folder, seekable: true })
             }
         }
     }
@@ -91,6 +97,13 @@ impl Output {
     /// Whether the file takes writes at positions; otherwise it is written front to back.
     pub(super) fn is_seekable(&self) -> bool {
         self.seekable
+    }
+
+    /// A folder for large files that are needed until the output is written.
+    ///
+    /// Not every disk has room for them, but that of the output must have.
+    pub(super) fn folder(&self) -> &Path {
+        &self.folder
     }
 
     /// Makes the output visible under its name.
@@ -152,12 +165,17 @@ fn exchange(_: &Path, _: &Path) -> io::Result<()> {
     Err(io::ErrorKind::Unsupported.into())
 }
 
-/// A new locked file in the folder of `target`, removed if the program is interrupted.
-fn beside(target: &Path, permissions: Option<fs::Permissions>) -> io::Result<(File, TempPath)> {
-    let folder = match target.parent() {
+/// The folder that `target` is in.
+fn folder(target: &Path) -> &Path {
+    match target.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
         Some(_) | None => Path::new("."),
-    };
+    }
+}
+
+/// A new locked file in the folder of `target`, removed if the program is interrupted.
+fn beside(target: &Path, permissions: Option<fs::Permissions>) -> io::Result<(File, TempPath)> {
+    let folder = folder(target);
     let name =
         target.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
     let prefix = format!(".{}.", shortened(&name));

@@ -38,6 +38,13 @@ pub struct Collect {
 }
 
 impl Collect {
+    /// Bytes of memory that a mesh of this size takes.
+    #[must_use]
+    pub const fn bytes(vertices: u64, triangles: u64) -> u64 {
+        let positions = vertices.saturating_mul(size_of::<[f64; 3]>() as u64);
+        positions.saturating_add(triangles.saturating_mul(size_of::<[u32; 3]>() as u64))
+    }
+
     /// The mesh received.
     #[must_use]
     pub fn into_mesh(self) -> Mesh {
@@ -51,10 +58,7 @@ impl Collect {
 
 impl Sink for Collect {
     fn begin(&mut self, vertices: u64, triangles: u64) -> io::Result<()> {
-        let bytes = |count: u64, size: usize| count.saturating_mul(size as u64);
-        let needed = bytes(vertices, size_of::<[f64; 3]>())
-            .saturating_add(bytes(triangles, size_of::<[u32; 3]>()));
-        memory::ask(needed).map_err(|shortage| {
+        memory::ask(Self::bytes(vertices, triangles)).map_err(|shortage| {
             let message = format!("{shortage}; give a larger spacing");
             io::Error::new(io::ErrorKind::OutOfMemory, message)
         })?;

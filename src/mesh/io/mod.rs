@@ -3,7 +3,7 @@
 //! Reading accepts what real programs write, refuses the rest with place, cause and cure, and
 //! never panics. Writing keeps the order of vertices and triangles. Binary files are
 //! little-endian; numbers in text are the shortest that read back to the same bits at the
-//! precision asked for.
+//! precision asked for. Whoever makes a mesh in pieces writes it in bounded memory ([`FileSink`]).
 //!
 //! ```
 //! use alveole::mesh::Mesh;
@@ -26,6 +26,7 @@ mod assembly;
 mod direct;
 pub mod error;
 pub mod format;
+mod gather;
 pub mod input;
 mod obj;
 mod off;

@@ -1,10 +1,12 @@
 //! Writing a mesh in any format, whole or in pieces.
 
+use super::gather::{Gathered, MOST_IN_MEMORY};
+use super::runs::Runs;
 use super::{Format, PlySink, obj, off, ply, stl, threemf};
-use crate::mesh::sink::Collect;
 use crate::mesh::{Mesh, Sink};
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
+use std::path::Path;
 
 /// How coordinates are written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -85,6 +87,15 @@ pub fn write(
     precision: Precision,
     out: &mut dyn Write,
 ) -> Result<(), WriteError> {
+    write_runs(mesh, format, precision, out)
+}
+
+fn write_runs(
+    mesh: &dyn Runs,
+    format: Format,
+    precision: Precision,
+    out: &mut dyn Write,
+) -> Result<(), WriteError> {
     match format {
         Format::Obj => obj::write(mesh, precision, out),
         Format::Off => off::write(mesh, precision, out),
@@ -94,10 +105,11 @@ pub fn write(
     }
 }
 
-/// A sink that ends in a file.
+/// A sink that ends in a file, with memory that is bounded whatever the size of the mesh.
 ///
-/// PLY is written as its pieces come, with memory bounded by a piece; the other formats are kept
-/// in memory and written by [`finish`](Self::finish).
+/// PLY is written as its pieces come. The other formats, and PLY that is written front to back, are
+/// gathered and written by [`finish`](Self::finish): a mesh beyond 32 MiB in a file without a name,
+/// which is gone when the process is, however it ends.
 #[derive(Debug)]
 pub struct FileSink {
     stage: Stage,
@@ -105,24 +117,58 @@ pub struct FileSink {
 
 #[derive(Debug)]
 enum Stage {
-    Streamed(PlySink),
-    Collected { mesh: Collect, file: File, format: Format, precision: Precision },
+    Placed(PlySink),
+    Gathered { mesh: Gathered, file: File, format: Format, precision: Precision },
 }
 
 impl FileSink {
-    /// A sink into `file`, which must be an empty regular file open for writing.
+    /// A sink into `file`, which must be an empty regular file open for writing, or a device that
+    /// takes writes at positions.
+    ///
+    /// A large mesh is gathered in a file in `folder`, which had better be that of `file`: folders
+    /// for temporary files are in memory on some systems.
     ///
     /// # Errors
     /// [`WriteError::StlIsSingle`].
-    pub fn new(file: File, format: Format, precision: Precision) -> Result<Self, WriteError> {
-        let stage = match format {
-            Format::Ply => Stage::Streamed(PlySink::new(file, precision)),
-            Format::Stl if precision == Precision::Double => return Err(WriteError::StlIsSingle),
+    pub fn new(
+        file: File,
+        format: Format,
+        precision: Precision,
+        folder: &Path,
+    ) -> Result<Self, WriteError> {
+        match format {
+            Format::Ply => Ok(Self { stage: Stage::Placed(PlySink::new(file, precision)) }),
             Format::Obj | Format::Off | Format::Stl | Format::ThreeMf => {
-                Stage::Collected { mesh: Collect::default(), file, format, precision }
+                Self::in_order(file, format, precision, folder)
             }
-        };
-        Ok(Self { stage })
+        }
+    }
+
+    /// As [`new`](Self::new) into what is written front to back, such as a pipe.
+    ///
+    /// # Errors
+    /// [`WriteError::StlIsSingle`].
+    pub fn in_order(
+        file: File,
+        format: Format,
+        precision: Precision,
+        folder: &Path,
+    ) -> Result<Self, WriteError> {
+        let mesh = Gathered::new(folder.to_owned(), precision, MOST_IN_MEMORY);
+        Self::gathering(mesh, file, format, precision)
+    }
+
+    /// A sink that gathers in `mesh`, which must be at the same precision.
+    fn gathering(
+        mesh: Gathered,
+        file: File,
+        format: Format,
+        precision: Precision,
+    ) -> Result<Self, WriteError> {
+        if format == Format::Stl && precision == Precision::Double {
+            return Err(WriteError::StlIsSingle);
+        }
+        Ok(Self { stage: Stage::Gathered { mesh, file, format, precision } })
     }
 
     /// Writes what is left and returns the file.
@@ -131,10 +177,10 @@ impl FileSink {
     /// As [`write()`].
     pub fn finish(self) -> Result<File, WriteError> {
         match self.stage {
-            Stage::Streamed(sink) => Ok(sink.finish()?),
-            Stage::Collected { mesh, file, format, precision } => {
+            Stage::Placed(sink) => Ok(sink.finish()?),
+            Stage::Gathered { mesh, file, format, precision } => {
                 let mut out = BufWriter::with_capacity(1 << 20, file);
-                write(&mesh.into_mesh(), format, precision, &mut out)?;
+                write_runs(&*mesh.into_runs()?, format, precision, &mut out)?;
                 out.into_inner().map_err(|error| WriteError::Io(error.into_error()))
             }
         }
@@ -144,38 +190,27 @@ impl FileSink {
 impl Sink for FileSink {
     fn begin(&mut self, vertices: u64, triangles: u64) -> io::Result<()> {
         match &mut self.stage {
-            Stage::Streamed(sink) => sink.begin(vertices, triangles),
-            Stage::Collected { mesh, format, .. } => {
-                if vertices > 1 << 32 {
-                    return Err(WriteError::TooManyVertices { vertices }.into());
-                }
+            Stage::Placed(sink) => sink.begin(vertices, triangles),
+            Stage::Gathered { mesh, format, .. } => {
                 if *format == Format::Stl {
                     stl::count(triangles)?;
                 }
-                mesh.begin(vertices, triangles).map_err(|error| {
-                    let kind = error.kind();
-                    if kind == io::ErrorKind::OutOfMemory {
-                        let cure = "or write PLY, which is written as it is made";
-                        io::Error::new(kind, format!("{error}, {cure}"))
-                    } else {
-                        error
-                    }
-                })
+                mesh.begin(vertices, triangles)
             }
         }
     }
 
     fn vertices(&self, first: u64, positions: &[[f64; 3]]) -> io::Result<()> {
         match &self.stage {
-            Stage::Streamed(sink) => sink.vertices(first, positions),
-            Stage::Collected { mesh, .. } => mesh.vertices(first, positions),
+            Stage::Placed(sink) => sink.vertices(first, positions),
+            Stage::Gathered { mesh, .. } => mesh.vertices(first, positions),
         }
     }
 
     fn triangles(&self, first: u64, corners: &[[u32; 3]]) -> io::Result<()> {
         match &self.stage {
-            Stage::Streamed(sink) => sink.triangles(first, corners),
-            Stage::Collected { mesh, .. } => mesh.triangles(first, corners),
+            Stage::Placed(sink) => sink.triangles(first, corners),
+            Stage::Gathered { mesh, .. } => mesh.triangles(first, corners),
         }
     }
 }
@@ -195,7 +230,82 @@ pub(super) fn single(value: f64) -> Result<f32, WriteError> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::runs::ITEMS_A_RUN;
     use super::*;
+    use std::io::{Read, Seek};
+
+    /// Hands `mesh` to `sink` in short runs, from three threads, each from the back to the front.
+    fn scatter(mesh: &Mesh, sink: &mut FileSink) {
+        const RUN: usize = 9_973;
+        let (vertices, triangles) = mesh.counts();
+        sink.begin(vertices, triangles).unwrap();
+        let sink = &*sink;
+        std::thread::scope(|scope| {
+            for thread in 0..3 {
+                scope.spawn(move || {
+                    let runs: Vec<_> = mesh.triangles.chunks(RUN).enumerate().collect();
+                    for (number, run) in runs.into_iter().rev().filter(|(n, _)| n % 3 == thread) {
+                        sink.triangles((number * RUN) as u64, run).unwrap();
+                    }
+                    let runs: Vec<_> = mesh.positions.chunks(RUN).enumerate().collect();
+                    for (number, run) in runs.into_iter().rev().filter(|(n, _)| n % 3 == thread) {
+                        sink.vertices((number * RUN) as u64, run).unwrap();
+                    }
+                });
+            }
+        });
+    }
+
+    #[test]
+    fn runs_in_any_order_give_the_file_written_at_once_from_memory_and_from_a_file() {
+        // More than a run of what is read back, and coordinates that single precision rounds.
+        let last = ITEMS_A_RUN as u32 + 20_000;
+        let mesh = Mesh {
+            positions: (0..last).map(|n| [f64::from(n) / 3.0, -0.1, 1e9 / f64::from(n)]).collect(),
+            triangles: (0..last - 2).map(|n| [n, n + 1, (n * 31 + 7) % last]).collect(),
+        };
+        let folder = std::env::temp_dir();
+        for (format, precision) in Format::ALL
+            .into_iter()
+            .flat_map(|format| [(format, Precision::Single), (format, Precision::Double)])
+            .filter(|choice| *choice != (Format::Stl, Precision::Double))
+        {
+            let mut whole = Vec::new();
+            write(&mesh, format, precision, &mut whole).unwrap();
+            for most_in_memory in [0, u64::MAX] {
+                let gathered = Gathered::new(folder.clone(), precision, most_in_memory);
+                let file = tempfile::tempfile().unwrap();
+                let mut sink = FileSink::gathering(gathered, file, format, precision).unwrap();
+                scatter(&mesh, &mut sink);
+                let mut file = sink.finish().unwrap();
+                let mut there = Vec::new();
+                file.rewind().unwrap();
+                file.read_to_end(&mut there).unwrap();
+                assert!(there == whole, "{format:?}, {precision:?}, {most_in_memory}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_the_format_can_not_hold_is_refused_in_a_file_as_in_memory() {
+        let folder = std::env::temp_dir();
+        let sink = |format, most_in_memory| {
+            let gathered = Gathered::new(folder.clone(), Precision::Single, most_in_memory);
+            let file = tempfile::tempfile().unwrap();
+            FileSink::gathering(gathered, file, format, Precision::Single).unwrap()
+        };
+        for most_in_memory in [0, u64::MAX] {
+            let mut beyond = sink(Format::Obj, most_in_memory);
+            beyond.begin(1, 0).unwrap();
+            let error = beyond.vertices(0, &[[1e39, 0.0, 0.0]]).map_err(WriteError::from);
+            let error = error.and_then(|()| beyond.finish()).unwrap_err();
+            assert!(error.to_string().contains("beyond single precision"), "{error}");
+        }
+        let error = sink(Format::Obj, 0).begin((1 << 32) + 1, 1).unwrap_err().to_string();
+        assert!(error.contains("2^32"), "{error}");
+        let error = sink(Format::Stl, 0).begin(1, 1 << 32).unwrap_err().to_string();
+        assert!(error.contains("write PLY"), "{error}");
+    }
 
     #[test]
     fn precision_follows_the_length_to_resolve() {

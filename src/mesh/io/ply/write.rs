@@ -3,16 +3,18 @@
 //! A file whose counts are known has every vertex and triangle at a known offset, so its pieces
 //! can be written by many threads in any order. Indices are `int`, `uint` beyond 2^31 vertices.
 
+use super::spool::Spooled;
+use crate::mesh::Sink;
 #[cfg(target_os = "linux")]
 use crate::mesh::io::direct::DirectWriter;
 use crate::mesh::io::output::{Precision, WriteError, single};
-use crate::mesh::{Mesh, Sink};
+use crate::mesh::io::runs::Runs;
 use std::cell::RefCell;
 use std::fs::File;
 use std::io::{self, Write};
 
 /// Bytes of a triangle: its number of corners and three indices.
-const TRIANGLE: usize = 13;
+pub(super) const TRIANGLE: usize = 13;
 /// Items encoded between two writes: a buffer that stays in cache.
 const ITEMS_A_PIECE: usize = 1 << 14;
 /// Bytes beyond which a file is written past the page cache. Memory that takes two gigabytes for
@@ -28,11 +30,11 @@ thread_local! {
 
 /// Where things lie in a file.
 #[derive(Debug)]
-struct Layout {
+pub(super) struct Layout {
     header: String,
-    precision: Precision,
-    vertices: u64,
-    triangles: u64,
+    pub(super) precision: Precision,
+    pub(super) vertices: u64,
+    pub(super) triangles: u64,
 }
 
 impl Layout {
@@ -57,38 +59,44 @@ impl Layout {
     }
 
     /// Bytes of a vertex.
-    const fn vertex(&self) -> u64 {
+    pub(super) const fn vertex(&self) -> u64 {
         match self.precision {
             Precision::Single => 12,
             Precision::Double => 24,
         }
     }
 
-    fn vertex_offset(&self, number: u64) -> u64 {
+    pub(super) const fn vertex_offset(&self, number: u64) -> u64 {
         self.header.len() as u64 + self.vertex() * number
     }
 
-    fn triangle_offset(&self, number: u64) -> u64 {
+    pub(super) const fn triangle_offset(&self, number: u64) -> u64 {
         self.vertex_offset(self.vertices) + TRIANGLE as u64 * number
     }
 }
 
 /// Writes the binary little-endian variant.
-pub(crate) fn write(
-    mesh: &Mesh,
+pub(in crate::mesh::io) fn write(
+    mesh: &dyn Runs,
     precision: Precision,
     out: &mut dyn Write,
 ) -> Result<(), WriteError> {
-    let layout = Layout::new(precision, mesh.positions.len() as u64, mesh.triangles.len() as u64)?;
+    let (vertices, triangles) = mesh.counts();
+    let layout = Layout::new(precision, vertices, triangles)?;
     out.write_all(layout.header.as_bytes())?;
     let mut buffer = Vec::new();
-    for piece in mesh.positions.chunks(ITEMS_A_PIECE) {
-        out.write_all(encode_vertices(&mut buffer, piece, precision)?)?;
-    }
-    for piece in mesh.triangles.chunks(ITEMS_A_PIECE) {
-        out.write_all(encode_triangles(&mut buffer, piece))?;
-    }
-    Ok(())
+    mesh.vertices(&mut |run| {
+        for piece in run.chunks(ITEMS_A_PIECE) {
+            out.write_all(encode_vertices(&mut buffer, piece, precision)?)?;
+        }
+        Ok(())
+    })?;
+    mesh.triangles(&mut |run| {
+        for piece in run.chunks(ITEMS_A_PIECE) {
+            out.write_all(encode_triangles(&mut buffer, piece))?;
+        }
+        Ok(())
+    })
 }
 
 /// A sink that writes a binary PLY file by positioned writes, each piece as it comes.
@@ -130,10 +138,16 @@ impl PlySink {
         Ok(self.file)
     }
 
+    /// The mesh in the file, which must be open for reading too.
+    ///
+    /// # Errors
+    /// As [`finish`](Self::finish).
+    pub(in crate::mesh::io) fn into_runs(mut self) -> io::Result<Spooled> {
+        let layout = self.layout.take().ok_or_else(unannounced)?;
+        Ok(Spooled::new(self.finish()?, layout))
+    }
+
     fn layout(&self) -> io::Result<&Layout> {
-        let unannounced = || {
-            io::Error::new(io::ErrorKind::InvalidInput, "a piece came before the size of the mesh")
-        };
         self.layout.as_ref().ok_or_else(unannounced)
     }
 
@@ -154,6 +168,11 @@ impl PlySink {
         file.seek(SeekFrom::Start(offset))?;
         file.write_all(bytes)
     }
+}
+
+/// The error of a caller that says nothing before its pieces.
+fn unannounced() -> io::Error {
+    io::Error::new(io::ErrorKind::InvalidInput, "a piece came before the size of the mesh")
 }
 
 impl Sink for PlySink {
@@ -260,6 +279,7 @@ fn encode_triangles<'a>(buffer: &'a mut Vec<u8>, corners: &[[u32; 3]]) -> &'a [u
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mesh::Mesh;
     use std::io::Read;
 
     fn sheet(n: u32) -> Mesh {
