@@ -1,47 +1,40 @@
 //! Contraction of short edges.
 
+use super::edges::{self, Edge};
 use super::sheets::{Holds, Sheets, is_along, least_angle_deg, normal};
-use super::{SHORT, TINY};
+use super::{POOR_DEG, TINY, TURN};
 use crate::mesh::topology::Stars;
 use glam::DVec3;
-use rayon::prelude::*;
-
-/// A contraction that leaves a smaller angle than this, in degrees, must leave none much smaller
-/// than there was.
-const POOR_DEG: f64 = 8.0;
 
 /// Small angles may shrink to this part: with the vertex a short edge is gone, and what is left can
 /// slide.
 const LOSS: f64 = 0.8;
 
-/// Triangles turn by less than the angle of this cosine.
-const TURN: f64 = 0.5;
-
 /// How the ends of an edge become one.
-#[derive(Clone, Copy)]
-struct Contraction {
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Contraction {
     kept: u32,
     gone: u32,
-    at: DVec3,
+    /// Where they come to lie.
+    pub(super) at: DVec3,
     holds: Holds,
 }
 
-/// Contracts edges shorter than [`SHORT`] of `spacing`, the shortest first, none of them next to
-/// another; returns how many.
+/// Contracts short edges, the shortest first, none of them next to another; returns how many.
 pub(super) fn contract(sheets: &mut Sheets, spacing: f64) -> usize {
+    let edges = edges::short(sheets, spacing);
+    contract_these(sheets, spacing, &edges)
+}
+
+/// Contracts those of `edges` that may be, none of them next to one before it; returns how many.
+pub(super) fn contract_these(sheets: &mut Sheets, spacing: f64, edges: &[Edge]) -> usize {
     let stars = sheets.stars();
-    let mut edges: Vec<(f64, u32, u32)> = (sheets.mesh.triangles.par_iter())
-        .flat_map_iter(|&[a, b, c]| [[a, b], [b, c], [c, a]])
-        .filter(|[a, b]| a < b)
-        .map(|[a, b]| (sheets.at(a).distance(sheets.at(b)), a, b))
-        .filter(|(length, ..)| *length < SHORT * spacing)
-        .collect();
-    edges.par_sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
     let mut is_busy = vec![false; sheets.mesh.positions.len()];
     let mut numbers: Vec<u32> = (0..sheets.mesh.positions.len() as u32).collect();
     let mut rings = [Vec::new(), Vec::new()];
     let mut count = 0;
-    for (length, a, b) in edges {
+    for edge in edges {
+        let [a, b] = edge.ends;
         if is_busy[a as usize] || is_busy[b as usize] {
             continue;
         }
@@ -58,13 +51,8 @@ pub(super) fn contract(sheets: &mut Sheets, spacing: f64) -> usize {
         if shared != 2 || is_tetrahedron {
             continue;
         }
-        let Some([one, other]) = sheets.sides(&stars, a, b) else { continue };
-        let is_feature = one != other;
-        let is_tiny = length < TINY * spacing;
-        let ways =
-            [(a, b), (b, a)].map(|(kept, gone)| way(sheets, kept, gone, is_feature, is_tiny));
-        let way = ways.into_iter().flatten().find(|way| is_harmless(sheets, &stars, *way, is_tiny));
-        let Some(Contraction { kept, gone, at, holds }) = way else { continue };
+        let Some(way) = contraction(sheets, &stars, *edge, spacing) else { continue };
+        let Contraction { kept, gone, at, holds } = way;
         sheets.mesh.positions[kept as usize] = at.to_array();
         sheets.holds[kept as usize] = holds;
         numbers[gone as usize] = kept;
@@ -81,6 +69,21 @@ pub(super) fn contract(sheets: &mut Sheets, spacing: f64) -> usize {
         });
     }
     count
+}
+
+/// How `edge` may be contracted, whatever its ends' neighbours in common.
+pub(super) fn contraction(
+    sheets: &Sheets,
+    stars: &Stars,
+    edge: Edge,
+    spacing: f64,
+) -> Option<Contraction> {
+    let [a, b] = edge.ends;
+    let [one, other] = sheets.sides(stars, a, b)?;
+    let is_feature = one != other;
+    let is_tiny = edge.length < TINY * spacing;
+    let ways = [(a, b), (b, a)].map(|(kept, gone)| way(sheets, kept, gone, is_feature, is_tiny));
+    ways.into_iter().flatten().find(|way| is_harmless(sheets, stars, *way, is_tiny))
 }
 
 /// How `gone` may become one with `kept`, if what holds it holds that, too.
@@ -100,11 +103,14 @@ fn way(
     if own.include(others) && is_free && (others.count() < 3 || is_tiny) {
         return Some(Contraction { kept, gone, at, holds: own });
     }
-    // A corner or an edge of the box that the surface passes this close belongs to the surface.
-    (is_tiny && own.union(Holds::SURFACE).include(others)).then(|| Contraction {
+    // A corner or an edge of the box that the surface passes this close belongs to the surface, and
+    // rims on two sides of the box meet on its edge.
+    let [own_all, others_all] = [own, others].map(|holds| holds.union(Holds::SURFACE));
+    let meet = is_tiny && (own_all.include(others) || !others_all.include(own));
+    meet.then(|| Contraction {
         kept,
         gone,
-        at,
+        at: others.hold(sheets.at(gone), at),
         holds: own.union(others),
     })
 }

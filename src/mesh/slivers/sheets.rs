@@ -1,6 +1,6 @@
 //! A mesh with the sheets that its triangles belong to: the surface, or one of the six flat cuts.
 
-use super::SLIVER_DEG;
+use super::{SLIVER_DEG, SLIVER_TAN};
 use crate::geom::Aabb;
 use crate::mesh::Mesh;
 use crate::mesh::topology::Stars;
@@ -17,6 +17,11 @@ const SURFACE: u8 = 1 << 6;
 impl Holds {
     /// Only the surface.
     pub(super) const SURFACE: Self = Self(SURFACE);
+
+    /// What holds a vertex inside of `sheet`.
+    pub(super) const fn of(sheet: Sheet) -> Self {
+        if sheet == 0 { Self::SURFACE } else { Self(sheet) }
+    }
 
     /// Whether all of `other`'s hold this vertex, too.
     pub(super) const fn include(self, other: Self) -> bool {
@@ -37,8 +42,14 @@ impl Holds {
     }
 
     /// Whether a side across `axis` (0 to 2) is among them.
-    pub(super) const fn is_held_along(self, axis: usize) -> bool {
+    const fn is_held_along(self, axis: usize) -> bool {
         self.0 >> (2 * axis) & 0b11 != 0
+    }
+
+    /// `to` with the coordinates of `at` across the sides that hold it there: those keep their bits.
+    pub(super) fn hold(self, at: DVec3, to: DVec3) -> DVec3 {
+        let held = |axis: usize| if self.is_held_along(axis) { at[axis] } else { to[axis] };
+        DVec3::new(held(0), held(1), held(2))
     }
 }
 
@@ -103,9 +114,9 @@ impl Sheets {
         Stars::new(&self.mesh)
     }
 
-    /// Whether `place` is off the sides of the box that do not hold `vertex`, and inside of them.
-    pub(super) fn is_free_place(&self, vertex: u32, place: DVec3) -> bool {
-        let (holds, Aabb { lo, hi }) = (self.holds[vertex as usize], self.bounds);
+    /// Whether `place` is off the sides of the box that are not among `holds`, and inside of them.
+    pub(super) fn is_free_place(&self, holds: Holds, place: DVec3) -> bool {
+        let Aabb { lo, hi } = self.bounds;
         (0..3).all(|axis| {
             holds.is_held_along(axis) || lo[axis] < place[axis] && place[axis] < hi[axis]
         })
@@ -179,6 +190,14 @@ pub(super) fn least_angle_deg(points: [DVec3; 3]) -> f64 {
     let area = normal(points).length();
     let angle = |at: DVec3, p: DVec3, q: DVec3| libm::atan2(area, (p - at).dot(q - at));
     angle(a, b, c).min(angle(b, c, a)).min(angle(c, a, b)).to_degrees()
+}
+
+/// Whether a triangle has an angle below 5°; rounding apart, what [`least_angle_deg`] says.
+pub(super) fn is_sliver(points: [DVec3; 3]) -> bool {
+    let [a, b, c] = points;
+    let area = normal(points).length();
+    let is_small = |at: DVec3, p: DVec3, q: DVec3| area < SLIVER_TAN * (p - at).dot(q - at);
+    area == 0.0 || is_small(a, b, c) || is_small(b, c, a) || is_small(c, a, b)
 }
 
 /// Whether the directions of `a` and `b` differ by an angle of a cosine greater than `cosine`.

@@ -1,7 +1,7 @@
 //! Sliding of vertices along the surface, and along flat cuts.
 
 use super::sheets::{Holds, Sheets, is_along, least_angle_deg, normal};
-use super::{Field, GOOD_DEG};
+use super::{Field, GOOD_DEG, TURN};
 use crate::mesh::topology::Stars;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -14,18 +14,17 @@ const STEPS: usize = 8;
 const AWAY: f64 = 1e-9;
 /// How far a vertex may move at once, in parts of the spacing.
 const FARTHEST: f64 = 0.7;
-/// Triangles turn by less than the angle of this cosine.
-const TURN: f64 = 0.5;
 /// Vertices whose last steps to the surface are taken together.
 const AT_ONCE: usize = 1 << 16;
 /// Degrees that a small angle may lose by such a step, about a thousandth of the spacing long.
 const SETTLING_DEG: f64 = 0.5;
 
-/// A vertex on its way.
-struct Slide {
-    vertex: u32,
-    to: DVec3,
-    is_there: bool,
+/// Where a vertex is to go.
+#[derive(Clone, Copy)]
+pub(super) struct Place {
+    pub(super) at: DVec3,
+    /// Whether that is on the vertex's sheet.
+    pub(super) is_there: bool,
 }
 
 /// Slides the vertices of triangles with a small angle to the middle of their neighbours, where
@@ -45,31 +44,29 @@ pub(super) fn slide<E>(
         .collect();
     let mut count = 0;
     for way in WAYS {
-        let mut slides: Vec<Slide> = (waiting.par_iter())
+        let mut places: Vec<Place> = (waiting.par_iter())
             .map_init(Vec::new, |ring, &vertex| {
                 sheets.ring(&stars, vertex, ring);
                 let sum: DVec3 = ring.iter().map(|neighbour| sheets.at(*neighbour)).sum();
                 let from = sheets.at(vertex);
                 let to = from + way * (sum / ring.len().max(1) as f64 - from);
                 let holds = sheets.holds[vertex as usize];
-                // A flat cut is left by rounding alone: its coordinate is kept.
-                let held =
-                    |axis: usize| if holds.is_held_along(axis) { from[axis] } else { to[axis] };
-                let to = DVec3::new(held(0), held(1), held(2));
-                Slide { vertex, to, is_there: !holds.is_on_surface() }
+                let at = holds.hold(from, to);
+                Place { at, is_there: !holds.is_on_surface() }
             })
             .collect();
-        land(sheets, spacing, &mut slides, field)?;
+        land(&mut places, spacing, field)?;
         // One after the other: each sees where those before it went.
-        waiting.clear();
-        for Slide { vertex, to, is_there } in slides {
-            if is_there && is_better(sheets, &stars, vertex, to, spacing) {
+        let mut places = places.into_iter();
+        waiting.retain(|&vertex| {
+            let Some(Place { at: to, is_there }) = places.next() else { return true };
+            let slides = is_there && is_better(sheets, &stars, vertex, to, spacing);
+            if slides {
                 sheets.mesh.positions[vertex as usize] = to.to_array();
                 count += 1;
-            } else {
-                waiting.push(vertex);
             }
-        }
+            !slides
+        });
     }
     Ok(count)
 }
@@ -86,10 +83,10 @@ pub(super) fn settle<E>(
         .filter(|vertex| !stars.about(*vertex).is_empty())
         .collect();
     for vertices in vertices.chunks(AT_ONCE) {
-        let slide = |&vertex: &u32| Slide { vertex, to: sheets.at(vertex), is_there: false };
-        let mut slides: Vec<Slide> = vertices.iter().map(slide).collect();
-        land(sheets, spacing, &mut slides, field)?;
-        for Slide { vertex, to, is_there } in slides {
+        let place = |&vertex: &u32| Place { at: sheets.at(vertex), is_there: false };
+        let mut places: Vec<Place> = vertices.iter().map(place).collect();
+        land(&mut places, spacing, field)?;
+        for (&vertex, Place { at: to, is_there }) in vertices.iter().zip(places) {
             let least = |place: DVec3| least_about(sheets, &stars, vertex, place);
             let from = sheets.at(vertex);
             if is_there
@@ -104,18 +101,16 @@ pub(super) fn settle<E>(
     Ok(())
 }
 
-/// Takes the slides of vertices on the surface back to it.
-fn land<E>(
-    sheets: &Sheets,
+/// Takes the places that are not there yet to the surface.
+pub(super) fn land<E>(
+    places: &mut [Place],
     spacing: f64,
-    slides: &mut [Slide],
     field: &mut Field<'_, E>,
 ) -> Result<(), E> {
-    let on_surface = |slide: &Slide| sheets.holds[slide.vertex as usize] == Holds::SURFACE;
-    let mut open: Vec<usize> = (0..slides.len()).filter(|&i| on_surface(&slides[i])).collect();
+    let mut open: Vec<usize> = (0..places.len()).filter(|&i| !places[i].is_there).collect();
     let mut found = vec![[0.0; 4]; open.len()];
     for step in 0..=STEPS {
-        let points: Vec<[f64; 3]> = open.iter().map(|&i| slides[i].to.to_array()).collect();
+        let points: Vec<[f64; 3]> = open.iter().map(|&i| places[i].at.to_array()).collect();
         let found = &mut found[..points.len()];
         field(&points, found)?;
         let mut still = Vec::new();
@@ -127,9 +122,9 @@ fn land<E>(
                 continue;
             }
             if step_back.length() <= AWAY * spacing {
-                slides[i].is_there = true;
+                places[i].is_there = true;
             } else if step < STEPS {
-                slides[i].to -= step_back;
+                places[i].at -= step_back;
                 still.push(i);
             }
         }
@@ -150,8 +145,8 @@ fn least_about(sheets: &Sheets, stars: &Stars, vertex: u32, place: DVec3) -> f64
 }
 
 /// Whether `vertex` stays in the box, and no triangle about it turns over, if it goes to `to`.
-fn keeps_sides(sheets: &Sheets, stars: &Stars, vertex: u32, to: DVec3) -> bool {
-    sheets.is_free_place(vertex, to)
+pub(super) fn keeps_sides(sheets: &Sheets, stars: &Stars, vertex: u32, to: DVec3) -> bool {
+    sheets.is_free_place(sheets.holds[vertex as usize], to)
         && sheets.about(stars, vertex).all(|corners| {
             let moved = corners.map(|c| if c == vertex { to } else { sheets.at(c) });
             is_along(normal(sheets.points(corners)), normal(moved), TURN)

@@ -128,6 +128,124 @@ fn a_tetrahedron_is_not_contracted() {
     assert!(check(&mesh).is_sound());
 }
 
+/// A closed thread along z of three edges, `width` wide, its rings a spacing apart: w, e and n of each,
+/// then both tips. It lies where `crossing` is zero.
+fn thread(width: f64) -> Mesh {
+    let (rings, h) = (6_u32, cut().spacing);
+    let mut mesh = Mesh { positions: Vec::new(), triangles: Vec::new() };
+    for i in 0..rings {
+        let z = h * f64::from(i);
+        mesh.positions.extend([[-width, 0.0, z], [width, 0.0, z], [0.0, width, z]]);
+    }
+    mesh.positions.extend([[0.0, 0.0, -h], [0.0, 0.0, h * f64::from(rings)]]);
+    let (below, above) = (3 * rings, 3 * rings + 1);
+    for side in 0..3 {
+        let at = |ring: u32| [3 * ring + side, 3 * ring + (side + 1) % 3];
+        let [a, b] = at(0);
+        mesh.triangles.push([below, b, a]);
+        for ring in 1..rings {
+            let ([a, b], [c, d]) = (at(ring - 1), at(ring));
+            mesh.triangles.extend([[a, b, d], [a, d, c]]);
+        }
+        let [a, b] = at(rings - 1);
+        mesh.triangles.push([above, a, b]);
+    }
+    mesh
+}
+
+/// Two planes that cross along z.
+fn crossing(points: &[[f64; 3]], out: &mut [[f64; 4]]) -> Result<(), Never> {
+    for ([x, y, _], out) in points.iter().zip(out) {
+        *out = [x * y, *y, *x, 0.0];
+    }
+    Ok(())
+}
+
+#[test]
+fn a_thread_widens_along_the_surface() {
+    let mut mesh = thread(1e-3 * cut().spacing);
+    assert!(check(&mesh).is_sound());
+    let Ok(found) = remove(&mut mesh, &cut(), &Progress::new(), Some(&mut crossing)) else {
+        panic!("nothing fails")
+    };
+    assert!(found.slivers_before >= 36 && found.slivers == 0, "{found:?}");
+    let checked = check(&mesh);
+    assert!(checked.is_sound(), "{:?}", checked.defects);
+    assert_eq!(checked.euler, 2);
+    assert!(mesh.positions.iter().all(|[x, y, _]| x.abs().min(y.abs()) < 1e-9 * cut().spacing));
+}
+
+#[test]
+fn a_block_gets_the_edge_back_that_a_narrow_strip_cuts_off() {
+    // A prism over a square without one of its corners, in eight storeys.
+    let (c, storeys) = (1e-3, 8_u32);
+    let outline = [[c - 1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0], [-1.0, c - 1.0]];
+    let mut mesh = Mesh { positions: Vec::new(), triangles: Vec::new() };
+    for storey in 0..=storeys {
+        let z = -1.0 + 2.0 * f64::from(storey) / f64::from(storeys);
+        mesh.positions.extend(outline.map(|[x, y]| [x, y, z]));
+    }
+    for side in 0..5 {
+        for storey in 0..storeys {
+            let [a, b] = [5 * storey + side, 5 * storey + (side + 1) % 5];
+            mesh.triangles.extend([[a, b, b + 5], [a, b + 5, a + 5]]);
+        }
+    }
+    for [a, b, c] in [[2, 3, 4], [2, 4, 0], [2, 0, 1]] {
+        mesh.triangles.extend([[a, c, b], [a, b, c].map(|corner| corner + 5 * storeys)]);
+    }
+    assert!(check(&mesh).is_sound());
+    let Ok(found) = remove::<Never>(&mut mesh, &cut(), &Progress::new(), None) else {
+        panic!("nothing fails")
+    };
+    assert_eq!((found.merged, found.slivers), (storeys as usize + 1, 0), "{found:?}");
+    assert!(check(&mesh).is_sound());
+    assert!((volume(&mesh) - 8.0).abs() < 1e-12);
+    let is_corner = |p: &&[f64; 3]| p.iter().all(|c| c.abs() == 1.0);
+    assert_eq!(mesh.positions.iter().filter(is_corner).count(), 8);
+}
+
+/// A vase: a neck of three edges between two wider rings, one of them a thousandth of a spacing long.
+fn vase() -> Mesh {
+    let h = cut().spacing;
+    let ring = |z: f64, corners: [[f64; 2]; 3]| corners.map(|[x, y]| [h * x, h * y, h * z]);
+    let wide = [[-0.5, -0.3], [0.5, -0.3], [0.0, 0.7]];
+    let narrow = [[-0.0005, -0.2], [0.0005, -0.2], [0.0, 0.4]];
+    let mut mesh = Mesh { positions: Vec::new(), triangles: vec![[0, 2, 1], [6, 7, 8]] };
+    mesh.positions.extend([ring(0.0, wide), ring(0.7, narrow), ring(1.4, wide)].concat());
+    for [below, above] in [[0, 3], [3, 6]] {
+        for side in 0..3 {
+            let next = (side + 1) % 3;
+            let [a, b, c, d] = [below + side, below + next, above + side, above + next];
+            mesh.triangles.extend([[a, b, d], [a, d, c]]);
+        }
+    }
+    mesh
+}
+
+/// Zero everywhere: the surface is wherever a vertex goes.
+fn anywhere(_: &[[f64; 3]], out: &mut [[f64; 4]]) -> Result<(), Never> {
+    out.fill([0.0, 1.0, 0.0, 0.0]);
+    Ok(())
+}
+
+#[test]
+fn a_neck_of_three_edges_gets_a_fourth_for_the_one_that_goes() {
+    let bounds = cut().bounds;
+    let mut sheets = Sheets::new(vase(), bounds);
+    assert!(check(&sheets.mesh).is_sound());
+    assert_eq!(contract::contract(&mut sheets, cut().spacing), 0);
+    let Ok(done) = split::split(&mut sheets, cut().spacing, &mut anywhere) else {
+        panic!("nothing fails")
+    };
+    assert_eq!(done, [1, 1]);
+    let (slivers, least_deg) = sheets.slivers();
+    assert!(slivers == 0, "{least_deg}");
+    let checked = check(&sheets.into_mesh());
+    assert!(checked.is_sound(), "{:?}", checked.defects);
+    assert_eq!(checked.euler, 2);
+}
+
 #[test]
 fn cancelled_work_stops() {
     let progress = Progress::new();
