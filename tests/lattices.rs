@@ -1,6 +1,8 @@
 //! Lattices as engineers ask for them: walls of a true thickness, numbers that vary in space.
 #![allow(clippy::unwrap_used)]
 
+mod common;
+
 use alveole::eval::interpret;
 use alveole::expr::Graph;
 use alveole::geom::Aabb;
@@ -262,6 +264,29 @@ fn a_filled_part_has_its_density_inside_of_its_skin() {
     let ball = |radius: f64| 4.0 / 3.0 * PI * radius.powi(3);
     let expected = ball(1.0) - 0.7 * ball(0.9);
     assert!((found / expected - 1.0).abs() < 1e-3, "{found}, not {expected}");
+}
+
+#[test]
+fn densities_in_a_mesh_are_as_wrong_as_they_are_said_to_be() {
+    let folder = tempfile::tempdir().unwrap();
+    let cube = folder.path().join("cube.off");
+    let corners = "-1 -1 -1\n1 -1 -1\n-1 1 -1\n1 1 -1\n-1 -1 1\n1 -1 1\n-1 1 1\n1 1 1\n";
+    let faces = "4 0 2 3 1\n4 4 5 7 6\n4 0 1 5 4\n4 2 6 7 3\n4 0 4 6 2\n4 1 3 7 5\n";
+    std::fs::write(&cube, format!("OFF\n8 6 0\n{corners}{faces}")).unwrap();
+    for (lattice, share) in [
+        ("gyroid scale 0.7", 0.3),
+        ("gyroid scale 0.3", 0.4),
+        ("p-surface scale 0.37", 0.45),
+        ("gyroid sheet scale 0.23", 0.2),
+        ("d-surface sheet scale 0.4", 0.35),
+        ("iwp scale 0.19", 0.5),
+    ] {
+        let program = format!("{} {lattice} density {share} intersection", cube.display());
+        let [found] = densities(&common::job(&program))[..] else { panic!("one density") };
+        let true_share = volume(&format!("{lattice} dilate {} box", found.level), 0.008) / 8.0;
+        let error = (true_share - share).abs();
+        assert!(error <= found.error && found.error < 1e-3, "{lattice}: {error:e}, {found:?}");
+    }
 }
 
 #[test]
