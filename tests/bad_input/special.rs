@@ -218,7 +218,7 @@ fn work_beyond_memory_is_refused_before_it_is_done_with_the_numbers() {
 #[cfg(target_os = "linux")]
 #[test]
 fn large_meshes_are_written_in_every_format_in_little_memory() {
-    // The mesh takes 93 MiB, and the program without it 200 MiB of addresses.
+    // The mesh takes 93 MiB, which so many addresses have no room for beside the program's threads.
     for format in files::TEXTS {
         let name = format!("a.{format}");
         let outcome = limited(250, &["-q", "-s", "2/400", "-o", &name, "gyroid", "box"]);
