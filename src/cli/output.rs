@@ -139,8 +139,8 @@ impl Drop for Output {
 
 /// Gives the file `temporary` the name `target`, in place of a file that has it.
 ///
-/// File systems that allocate late hand a file to the disk before it is renamed over another, which
-/// takes as long as to make a large mesh. They don't when two files exchange their names.
+/// File systems that allocate late hand a file to the disk before it is renamed over another. They
+/// don't when two files exchange their names.
 fn put_in_place(temporary: TempPath, target: &Path) -> io::Result<()> {
     let replaces = fs::symlink_metadata(target).is_ok_and(|data| data.is_file());
     if replaces && exchange(&temporary, target).is_ok() {

@@ -13,8 +13,8 @@
 //!   variance of 1/6 if the face may be anywhere. How many cells the faces pass through is told by how
 //!   often neighbouring points lie on two sides, three times as many if faces have all directions. Twice the
 //!   standard deviation is stated as the error of the share. With the million points in the box that
-//!   are taken where the program asks oracles it is 5e-4 for ten cells across a part that fills the box,
-//!   2e-3 for twenty across one that fills a quarter of it. Levels of densities that vary in space take their
+//!   are taken where the program asks oracles it is 4e-4 to 7e-4 for three to ten cells across a part
+//!   that fills the box, 2e-3 for twenty across one that fills a quarter of it. Levels of densities that vary in space take their
 //!   curves from the same values, and their r from the mean over the points.
 //! * **Quadrature.** Without oracles the level is improved by Newton's method, V and dV/dt being the
 //!   quadrature of the field ([`quadrature`](crate::measure::quadrature)) on a grid that is refined until the
