@@ -82,9 +82,10 @@ fn has_oracles(cut: &Cut) -> bool {
     cut.items.iter().any(|item| matches!(item.op, Own::Oracle(..)))
 }
 
-/// Sorts `order`, places of operations of `cut` of which operands come before users, so that an
-/// oracle comes as late as it may, and with all of its outputs at a point.
-pub(super) fn put_off(cut: &Cut, order: &mut [usize]) {
+/// Sorts `order`, places of operations of `cut` of which operands come before users and those that are
+/// `later` than others come last, so that an oracle comes as late as it may among its like, and
+/// with all of its outputs at a point.
+pub(super) fn put_off(cut: &Cut, order: &mut [usize], later: impl Fn(usize) -> bool) {
     if !has_oracles(cut) {
         return;
     }
@@ -105,14 +106,14 @@ pub(super) fn put_off(cut: &Cut, order: &mut [usize]) {
         })
     };
     order.sort_by_cached_key(|&at| match cut.items[at].op {
-        Own::Oracle(..) => (depth[at], 0, first(at)),
+        Own::Oracle(..) => (later(at), depth[at], 0, first(at)),
         Own::Coordinate(_)
         | Own::Pass(_)
         | Own::Unary(_)
         | Own::Square
         | Own::Binary(_)
         | Own::Choose(_)
-        | Own::Pick(_) => (depth[at], 1, 0),
+        | Own::Pick(_) => (later(at), depth[at], 1, 0),
     });
 }
 

@@ -126,12 +126,9 @@ impl Group {
 
         // Across the edges values on one axis are gathered, if others than such need them.
         let across = (0..count).filter(|at| !varies(*at) && (!is_line(*at) || used[*at].by_many));
-        let mut order: Vec<usize> = across.collect();
-        let first_along = order.len();
-        order.extend((0..count).filter(|at| varies(*at)));
-        let (across, along) = order.split_at_mut(first_along);
-        asked::put_off(cut, across);
-        asked::put_off(cut, along);
+        let along = (0..count).filter(|at| varies(*at));
+        let mut order: Vec<usize> = across.chain(along).collect();
+        asked::put_off(cut, &mut order, varies);
         calls.begin(cut, &order);
         let is_kept = |at: usize| used[at].along && !varies(at);
         let is_read = |at: usize| is_line(at) && !varies(at);
