@@ -273,19 +273,38 @@ fn densities_in_a_mesh_are_as_wrong_as_they_are_said_to_be() {
     let corners = "-1 -1 -1\n1 -1 -1\n-1 1 -1\n1 1 -1\n-1 -1 1\n1 -1 1\n-1 1 1\n1 1 1\n";
     let faces = "4 0 2 3 1\n4 4 5 7 6\n4 0 1 5 4\n4 2 6 7 3\n4 0 4 6 2\n4 1 3 7 5\n";
     std::fs::write(&cube, format!("OFF\n8 6 0\n{corners}{faces}")).unwrap();
-    for (lattice, share) in [
-        ("gyroid scale 0.7", 0.3),
-        ("gyroid scale 0.3", 0.4),
-        ("p-surface scale 0.37", 0.45),
-        ("gyroid sheet scale 0.23", 0.2),
-        ("d-surface sheet scale 0.4", 0.35),
-        ("iwp scale 0.19", 0.5),
+    for (lattice, scale, share) in [
+        ("gyroid", 0.7, 0.3),
+        ("gyroid", 0.3, 0.4),
+        ("p-surface", 0.37, 0.45),
+        ("gyroid sheet", 0.33, 0.2),
+        ("d-surface sheet", 0.5, 0.35),
+        ("iwp", 0.26, 0.5),
     ] {
+        let lattice = format!("{lattice} scale {scale}");
         let program = format!("{} {lattice} density {share} intersection", cube.display());
         let [found] = densities(&common::job(&program))[..] else { panic!("one density") };
-        let true_share = volume(&format!("{lattice} dilate {} box", found.level), 0.008) / 8.0;
+        // Fine enough for two more digits than those compared.
+        let true_share =
+            volume(&format!("{lattice} dilate {} box", found.level), scale / 80.0) / 8.0;
         let error = (true_share - share).abs();
-        assert!(error <= found.error && found.error < 1e-3, "{lattice}: {error:e}, {found:?}");
+        assert!(error <= found.error && found.error < 1.5e-4, "{lattice}: {error:e}, {found:?}");
+    }
+}
+
+#[test]
+fn a_density_in_a_mesh_is_right_where_its_faces_cut_cells() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("octahedron.off");
+    let corners = "1 0 0\n-1 0 0\n0 1 0\n0 -1 0\n0 0 1\n0 0 -1\n";
+    let faces = "3 0 2 4\n3 2 1 4\n3 1 3 4\n3 3 0 4\n3 2 0 5\n3 1 2 5\n3 3 1 5\n3 0 3 5\n";
+    std::fs::write(&file, format!("OFF\n6 8 0\n{corners}{faces}")).unwrap();
+    // What lies below x = t < 0 is the share (1 + t)^3 / 2.
+    for share in [0.02, 0.3] {
+        let program = format!("{} 'x' density {share} intersection", file.display());
+        let [found] = densities(&common::job(&program))[..] else { panic!("one density") };
+        let error = (0.5 * (1.0 + found.level).powi(3) - share).abs();
+        assert!(error <= found.error && found.error < 1e-4, "{share}: {error:e}, {found:?}");
     }
 }
 

@@ -1,0 +1,244 @@
+//! The level below which a share of a part lies, from values at scattered points.
+
+use super::part::{Part, Points, scattered};
+use super::{BATCH, TOLERANCE};
+use crate::expr::Failure;
+use glam::DVec3;
+use rayon::prelude::*;
+
+/// What the error of a share should be at most, if the next two allow for it.
+const AIM: f64 = 7e-5;
+
+/// Most points a side of a cell, and most points in all.
+const FINEST: usize = 6;
+const MOST: usize = 1 << 25;
+
+/// How many times the error of the share a search goes to both sides of the first level, at first and
+/// at last, and what it goes at least.
+const REACH: f64 = 4.0;
+const FARTHEST: f64 = 1000.0;
+
+/// Values in the cells of a part, one a cell.
+pub(super) struct Shares<'a> {
+    part: &'a Part,
+    /// The values in the cells near the part, as [`Part::near`] lists them.
+    values: &'a [f64],
+    /// The same by cell; NaN in cells that are not near.
+    by_cell: Vec<f64>,
+    /// The values in cells of the part, rising, with what lies below each, itself by half.
+    sorted: Vec<(f64, f64)>,
+    /// All weights together.
+    whole: f64,
+}
+
+/// The level that leaves a share of a part below it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Found {
+    pub level: f64,
+    /// How far the share may be from the one asked for.
+    pub error: f64,
+}
+
+impl<'a> Shares<'a> {
+    /// Orders the values in the cells near the part.
+    pub fn new(part: &'a Part, values: &'a [f64]) -> Self {
+        let own = part.near.iter().zip(values).map(|(&cell, &value)| (value, part.weights[cell]));
+        let mut sorted: Vec<(f64, f64)> = own.filter(|(_, weight)| *weight > 0.0).collect();
+        let whole = accumulate(&mut sorted);
+        let mut by_cell = vec![f64::NAN; part.weights.len()];
+        for (&cell, &value) in part.near.iter().zip(values) {
+            by_cell[cell] = value;
+        }
+        Self { part, values, by_cell, sorted, whole }
+    }
+
+    /// The level below which the share `share` lies, by one value a cell.
+    pub fn level(&self, share: f64) -> f64 {
+        level_at(&self.sorted, share * self.whole)
+    }
+
+    /// The same level and twice the standard deviation of the share.
+    ///
+    /// Whether the point of a cell that a face passes through lies below the level is chance, with a variance
+    /// of 1/6 if the face may be anywhere. Those cells are as many as pairs of neighbours, along all axes,
+    /// have a face between them.
+    pub fn first(&self, share: f64) -> Found {
+        let level = self.level(share);
+        let Part { cells, near, weights, .. } = self.part;
+        let pairs = |&cell: &usize| {
+            let others = (0..3).filter_map(|axis| cells.next(cell, axis));
+            let value = self.by_cell[cell];
+            let is_between = |other: &usize| is_between(level, value, self.by_cell[*other]);
+            others.filter(is_between).count() as f64 * weights[cell] * weights[cell]
+        };
+        let crossed: f64 = near.iter().map(pairs).sum();
+        Found { level, error: 2.0 * (crossed / 6.0).sqrt() / self.whole }
+    }
+
+    /// The level with many more points in all cells that faces near it may pass through; `sampled` gives the
+    /// values at points.
+    ///
+    /// # Errors
+    /// What `sampled` fails with.
+    pub fn refined(
+        &self,
+        share: f64,
+        sampled: impl Fn(&Points) -> Result<Vec<f64>, Failure> + Sync,
+    ) -> Result<Found, Failure> {
+        let first = self.first(share);
+        let changes = self.changes();
+        let mut reach = REACH;
+        loop {
+            let [lo, hi] = [-1.0, 1.0].map(|side| {
+                let moved = share + side * reach * first.error.max(TOLERANCE);
+                if moved <= 0.0 || moved >= 1.0 { side * f64::INFINITY } else { self.level(moved) }
+            });
+            let is_crossed =
+                |i: usize| self.values[i] - changes[i] <= hi && self.values[i] + changes[i] >= lo;
+            let crossed: Vec<usize> = (0..self.values.len())
+                .filter(|&i| self.part.weights[self.part.near[i]] > 0.0 && is_crossed(i))
+                .collect();
+            let mut below = 0.0;
+            for (i, &cell) in self.part.near.iter().enumerate() {
+                if self.values[i] < lo && !is_crossed(i) {
+                    below += self.part.weights[cell];
+                }
+            }
+            let side = self.side(first.error, crossed.len());
+            let batch = (BATCH / (side * side * side)).max(1);
+            let some =
+                |numbers: &[usize]| self.scatter(numbers, side, [lo, hi, first.level], &sampled);
+            let batches = crossed.par_chunks(batch).map(some).collect::<Result<Vec<_>, _>>()?;
+            let mut between = Vec::new();
+            let mut variance = 0.0;
+            for found in batches {
+                below += found.below;
+                variance += found.variance;
+                between.extend(found.between);
+            }
+            let inner = accumulate(&mut between);
+            let wanted = share * self.whole - below;
+            if wanted >= 0.0 && wanted <= inner && !between.is_empty() || reach >= FARTHEST {
+                let level =
+                    if between.is_empty() { first.level } else { level_at(&between, wanted) };
+                return Ok(Found { level, error: 2.0 * variance.sqrt() / self.whole });
+            }
+            reach *= 4.0;
+        }
+    }
+
+    /// How far the value of each cell is from those of its neighbours, at most.
+    fn changes(&self) -> Vec<f64> {
+        let Part { cells, near, .. } = self.part;
+        // The maximum passes over NaN.
+        let one = |i: usize| {
+            let changes =
+                cells.around(near[i]).map(|cell| (self.by_cell[cell] - self.values[i]).abs());
+            changes.fold(0.0, f64::max)
+        };
+        (0..near.len()).into_par_iter().map(one).collect()
+    }
+
+    /// Points a side of each of `crossed` cells for the error aimed at, which is `error` with one.
+    fn side(&self, error: f64, crossed: usize) -> usize {
+        let suits = |side: usize| error <= AIM * (side * side) as f64;
+        let wanted = (2..FINEST).find(|&side| suits(side)).unwrap_or(FINEST);
+        (2..=wanted).rev().find(|side| crossed * side.pow(3) <= MOST).unwrap_or(2)
+    }
+
+    /// Sums over cells, `numbers` of those near, each with `side` points a side.
+    fn scatter(
+        &self,
+        numbers: &[usize],
+        side: usize,
+        [lo, hi, middle]: [f64; 3],
+        sampled: &impl Fn(&Points) -> Result<Vec<f64>, Failure>,
+    ) -> Result<Scattered, Failure> {
+        let count = side.pow(3);
+        let corners: Vec<DVec3> = (0..count)
+            .map(|k| [k % side, k / side % side, k / (side * side)].map(|i| i as f64))
+            .map(DVec3::from_array)
+            .collect();
+        let cell = |i: usize| self.part.near[i];
+        let mut shares = Vec::with_capacity(numbers.len() * count);
+        for &i in numbers {
+            let spread = scattered(i * count);
+            shares.extend(
+                corners.iter().zip(spread).map(|(corner, share)| (*corner + share) / side as f64),
+            );
+        }
+        let of_cells = numbers.iter().zip(shares.chunks(count));
+        let all = of_cells
+            .clone()
+            .flat_map(|(&i, shares)| shares.iter().map(move |share| (cell(i), *share)));
+        let values = sampled(&self.part.cells.points(all))?;
+        let mut sums = Scattered::default();
+        let mut inside = Vec::with_capacity(count);
+        for ((&i, shares), values) in of_cells.zip(values.chunks(count)) {
+            inside.clear();
+            if self.part.is_cut(cell(i)) {
+                let is_in = |(_, share): &(_, &DVec3)| self.part.has(cell(i), **share);
+                inside.extend(values.iter().zip(shares).filter(is_in).map(|(value, _)| *value));
+            } else {
+                inside.extend_from_slice(values);
+            }
+            if inside.is_empty() {
+                inside.push(self.values[i]);
+            }
+            let weight = self.part.weights[cell(i)] / inside.len() as f64;
+            let crossed = crossings(values, side, middle) as f64 * side as f64 / (side - 1) as f64;
+            sums.variance += crossed.min(count as f64) * weight * weight / 6.0;
+            sums.below += weight * inside.iter().filter(|value| **value < lo).count() as f64;
+            let between = inside.iter().filter(|value| (lo..=hi).contains(*value));
+            sums.between.extend(between.map(|value| (*value, weight)));
+        }
+        Ok(sums)
+    }
+}
+
+/// Whether the level lies between two values.
+fn is_between(level: f64, a: f64, b: f64) -> bool {
+    a < level && b >= level || b < level && a >= level
+}
+
+/// How many pairs of neighbours, `side` values a side of a cube, have the level between them.
+fn crossings(values: &[f64], side: usize, level: f64) -> usize {
+    let along = |step: usize| {
+        let is_pair = move |i: &usize| i / step % side + 1 < side;
+        let pairs = (0..values.len()).filter(is_pair);
+        pairs.filter(|i| is_between(level, values[*i], values[i + step])).count()
+    };
+    along(1) + along(side) + along(side * side)
+}
+
+/// What the points of some cells add up to.
+#[derive(Default)]
+struct Scattered {
+    /// The weight of the values below the range searched, and those within it with theirs.
+    below: f64,
+    between: Vec<(f64, f64)>,
+    /// The variance of the weight below a level.
+    variance: f64,
+}
+
+/// Sorts values with their weights, replaces weights by what lies below, half of the own included, and
+/// returns them all together.
+fn accumulate(values: &mut [(f64, f64)]) -> f64 {
+    values.par_sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    let mut sum = 0.0;
+    for (_, weight) in values {
+        let own = *weight;
+        *weight = sum + 0.5 * own;
+        sum += own;
+    }
+    sum
+}
+
+/// The value below which the weight `below` lies, of at least one value with the weight below it.
+fn level_at(sorted: &[(f64, f64)], below: f64) -> f64 {
+    let upper = sorted.partition_point(|(_, weight)| *weight < below).min(sorted.len() - 1);
+    let [a, b] = [sorted[upper.saturating_sub(1)], sorted[upper]];
+    let width = b.1 - a.1;
+    let part = if width > 0.0 { ((below - a.1) / width).clamp(0.0, 1.0) } else { 1.0 };
+    a.0 + part * (b.0 - a.0)
+}
