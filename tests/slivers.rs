@@ -53,6 +53,14 @@ fn surfaces_of_the_catalogue_have_no_angle_below_5_degrees() {
 }
 
 #[test]
+fn edges_of_the_box_that_the_surface_touches_leave_no_slivers() {
+    // The surface crosses the box's edges twice within a tenth of the spacing, or passes them as close.
+    holds("q-star box", 2.0 / 40.0, 5.0);
+    holds("q-star box", 2.0 / 50.0, 5.0);
+    holds("c-g box", 2.0 / 55.0, 5.0);
+}
+
+#[test]
 fn smooth_solids_have_no_angle_below_20_degrees() {
     holds("sphere", 0.05, 20.0);
     holds("torus", 0.04, 20.0);

@@ -10,6 +10,9 @@ use glam::DVec3;
 /// slide.
 const LOSS: f64 = 0.8;
 
+/// Where the surface crosses an edge of the box twice within this part of the spacing, it touches it.
+const BRIEF: f64 = 0.125;
+
 /// How the ends of an edge become one.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Contraction {
@@ -82,25 +85,29 @@ pub(super) fn contraction(
     let [one, other] = sheets.sides(stars, a, b)?;
     let is_feature = one != other;
     let is_tiny = edge.length < TINY * spacing;
-    let ways = [(a, b), (b, a)].map(|(kept, gone)| way(sheets, kept, gone, is_feature, is_tiny));
+    let is_brief = edge.length < BRIEF * spacing;
+    let is_pair = is_brief && sheets.holds[a as usize] == sheets.holds[b as usize];
+    let ways = [(a, b), (b, a)]
+        .map(|(kept, gone)| way(sheets, kept, gone, is_feature, [is_tiny, is_tiny || is_pair]));
     ways.into_iter().flatten().find(|way| is_harmless(sheets, stars, *way, is_tiny))
 }
 
 /// How `gone` may become one with `kept`, if what holds it holds that, too.
 ///
 /// A vertex that two sheets hold moves along their common edge alone, and a corner of three stays,
-/// but where the edge is so short that both ends are one place.
+/// but where the edge is so short that both ends are one place (`is_tiny`), or where it may join another
+/// of the same three.
 fn way(
     sheets: &Sheets,
     kept: u32,
     gone: u32,
     is_feature: bool,
-    is_tiny: bool,
+    [is_tiny, may_join]: [bool; 2],
 ) -> Option<Contraction> {
     let [own, others] = [kept, gone].map(|vertex| sheets.holds[vertex as usize]);
     let is_free = others.count() <= 1 || is_feature || is_tiny;
     let at = sheets.at(kept);
-    if own.include(others) && is_free && (others.count() < 3 || is_tiny) {
+    if own.include(others) && is_free && (others.count() < 3 || may_join) {
         return Some(Contraction { kept, gone, at, holds: own });
     }
     // A corner or an edge of the box that the surface passes this close belongs to the surface, and

@@ -7,8 +7,8 @@ use crate::mesh::topology::Stars;
 use glam::DVec3;
 use rayon::prelude::*;
 
-/// How far vertices move that are tried, in parts of the spacing.
-const WAYS: [f64; 4] = [0.5, 0.35, 0.25, 0.125];
+/// How far vertices move that are tried, in parts of the spacing; towards what is close where negative.
+const WAYS: [f64; 6] = [0.5, 0.35, 0.25, 0.125, -0.125, -0.25];
 /// Degrees up to which an angle counts: a sliver next to others gains by what it is not alone.
 const ENOUGH_DEG: f64 = 10.0;
 /// Degrees that the angles about a vertex must gain together: partings end.
