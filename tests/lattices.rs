@@ -266,13 +266,19 @@ fn a_filled_part_has_its_density_inside_of_its_skin() {
     assert!((found / expected - 1.0).abs() < 1e-3, "{found}, not {expected}");
 }
 
+/// Writes the cube [-1, 1]³ as a mesh into `folder`, and tells where.
+fn cube(folder: &std::path::Path) -> String {
+    let file = folder.join("cube.off");
+    let corners = "-1 -1 -1\n1 -1 -1\n-1 1 -1\n1 1 -1\n-1 -1 1\n1 -1 1\n-1 1 1\n1 1 1\n";
+    let faces = "4 0 2 3 1\n4 4 5 7 6\n4 0 1 5 4\n4 2 6 7 3\n4 0 4 6 2\n4 1 3 7 5\n";
+    std::fs::write(&file, format!("OFF\n8 6 0\n{corners}{faces}")).unwrap();
+    file.display().to_string()
+}
+
 #[test]
 fn densities_in_a_mesh_are_as_wrong_as_they_are_said_to_be() {
     let folder = tempfile::tempdir().unwrap();
-    let cube = folder.path().join("cube.off");
-    let corners = "-1 -1 -1\n1 -1 -1\n-1 1 -1\n1 1 -1\n-1 -1 1\n1 -1 1\n-1 1 1\n1 1 1\n";
-    let faces = "4 0 2 3 1\n4 4 5 7 6\n4 0 1 5 4\n4 2 6 7 3\n4 0 4 6 2\n4 1 3 7 5\n";
-    std::fs::write(&cube, format!("OFF\n8 6 0\n{corners}{faces}")).unwrap();
+    let file = cube(folder.path());
     for (lattice, scale, share) in [
         ("gyroid", 0.7, 0.3),
         ("gyroid", 0.3, 0.4),
@@ -282,7 +288,7 @@ fn densities_in_a_mesh_are_as_wrong_as_they_are_said_to_be() {
         ("iwp", 0.26, 0.5),
     ] {
         let lattice = format!("{lattice} scale {scale}");
-        let program = format!("{} {lattice} density {share} intersection", cube.display());
+        let program = format!("{file} {lattice} density {share} intersection");
         let [found] = densities(&common::job(&program))[..] else { panic!("one density") };
         // Fine enough for two more digits than those compared.
         let true_share =
@@ -306,6 +312,20 @@ fn a_density_in_a_mesh_is_right_where_its_faces_cut_cells() {
         let error = (0.5 * (1.0 + found.level).powi(3) - share).abs();
         assert!(error <= found.error && found.error < 1e-4, "{share}: {error:e}, {found:?}");
     }
+}
+
+#[test]
+fn the_density_of_a_field_that_jumps_in_a_mesh_is_the_one_reached() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = cube(folder.path());
+    // The shares below x = -0.4 and x = -0.2 can be had, and none between.
+    let [found] =
+        densities(&common::job(&format!("{file} 'floor(5*x)' density 0.35 intersection")))[..]
+    else {
+        panic!("one density")
+    };
+    let error = f64::min((found.found - 0.3).abs(), (found.found - 0.4).abs());
+    assert!(error <= 1e-3, "{found:?}");
 }
 
 #[test]

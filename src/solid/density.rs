@@ -29,6 +29,8 @@ pub struct Fraction {
     pub level: ParameterId,
     /// The field whose level it is.
     pub family: NodeId,
+    /// The field less its level: negative in the solid.
+    pub field: NodeId,
     /// The share of the part that the solid is to fill, above 0 and below 1.
     pub target: NodeId,
     /// The levels of uniform lattices; `None` if the target does not vary in space.
@@ -65,7 +67,8 @@ impl Solid {
             self.walls.push(Wall { field: middle, half_thickness: height, span: Span::NOWHERE });
         }
         self.field = graph.sub(family, height);
-        self.fractions.push(Fraction { level, family, target, curve, span: Span::NOWHERE });
+        let (field, span) = (self.field, Span::NOWHERE);
+        self.fractions.push(Fraction { level, family, field, target, curve, span });
         self.push(Rule::Everywhere);
         self
     }

@@ -180,8 +180,9 @@ impl Solid {
             *field = substitution.of(graph, *field);
             *half_thickness = substitution.of(graph, *half_thickness);
         }
-        for Fraction { family, target, .. } in &mut self.fractions {
+        for Fraction { family, field, target, .. } in &mut self.fractions {
             *family = substitution.of(graph, *family);
+            *field = substitution.of(graph, *field);
             *target = substitution.of(graph, *target);
         }
         self
@@ -197,6 +198,13 @@ pub(super) fn vary(graph: &Graph, numbers: &[NodeId]) -> bool {
 #[must_use]
 pub fn substitute(graph: &mut Graph, root: NodeId, point: [NodeId; 3]) -> NodeId {
     Substitution { point, known: FxHashMap::default() }.of(graph, root)
+}
+
+/// `root` with the expression `by` in place of the node `replaced`.
+#[must_use]
+pub fn replace(graph: &mut Graph, root: NodeId, replaced: NodeId, by: NodeId) -> NodeId {
+    let known = std::iter::once((replaced, by)).collect();
+    Substitution { point: graph.point(), known }.of(graph, root)
 }
 
 /// Expressions for the coordinates, and the nodes rebuilt so far.

@@ -28,10 +28,12 @@ use super::gradient::Field;
 use super::{Error, Job, Settings};
 use crate::contour::{self, Grid};
 use crate::eval::interpret;
+use crate::expr::depends::reachable;
 use crate::expr::{Failure, Graph, NodeId, ParameterId};
 use crate::geom::{Aabb, Axis};
 use crate::num::Progress;
 use crate::solid::density::coefficients;
+use crate::solid::motions::replace;
 use crate::solid::{Fraction, Values};
 use glam::DVec3;
 use part::{Cells, Part, Points};
@@ -150,7 +152,8 @@ struct Search<'a> {
 struct Seen {
     /// The share asked for: its mean over the part.
     asked: f64,
-    /// How far the share of the part at the level found may be from that.
+    /// The share at the level found, and how far it may be from the truth.
+    found: f64,
     error: f64,
 }
 
@@ -181,7 +184,7 @@ impl Search<'_> {
         if has_oracles {
             let density = |(f, seen): (&Fraction, &Seen)| Density {
                 asked: seen.asked,
-                found: seen.asked,
+                found: seen.found,
                 error: seen.error,
                 level: self.values[f.level.index()],
             };
@@ -244,38 +247,46 @@ impl Search<'_> {
                 values.iter().zip(targets).map(|(value, share)| value - level(*share)).collect()
             };
             let first = above(values, targets);
-            self.level_of(&Shares::new(&part, &first), asked, |at| {
+            self.level_of(&Shares::new(&part, &first), asked, &[family, target], |at| {
                 let found = values_at(graph, at, &[family, target], &self.values)?;
                 Ok(above(&found[0], &found[1]))
             })
         } else {
-            self.level_of(&shares, asked, |at| {
+            self.level_of(&shares, asked, &[family], |at| {
                 Ok(values_at(graph, at, &[family], &self.values)?.swap_remove(0))
             })
         };
-        let Found { level: value, error } = found.map_err(failed)?;
+        let Found { level: value, share, error } = found.map_err(failed)?;
         self.values[level.index()] = value;
-        Ok(Seen { asked, error })
+        Ok(Seen { asked, found: share, error })
     }
 
-    /// The level below which `asked` lies: what is wanted if no quadrature follows, else where it begins.
+    /// The level below which `asked` lies: what is wanted if no quadrature follows, else where it begins. The values `sampled` are
+    /// made of `outputs`.
     fn level_of(
         &self,
         shares: &Shares<'_>,
         asked: f64,
+        outputs: &[NodeId],
         sampled: impl Fn(&Points) -> Result<Vec<f64>, Failure> + Sync,
     ) -> Result<Found, Failure> {
         if self.job.graph.oracles().is_empty() {
             Ok(shares.first(asked))
         } else {
-            shares.refined(asked, sampled)
+            let operations = reachable(&self.job.graph, outputs).len();
+            shares.refined(asked, operations, sampled)
         }
     }
 
     /// The part that the lattice of `fraction` is put in.
     fn part(&self, fraction: &Fraction, cells: Cells) -> Result<Part, Failure> {
-        let [low, high] = [-FAR, FAR].map(|far| self.with(fraction.level, far));
-        Part::new(&self.job.graph, self.job.solid.field, [&low, &high], cells)
+        let mut graph = self.job.graph.clone();
+        // Without the lattice little is left to evaluate.
+        let [empty, full] = [FAR, -FAR].map(|value| {
+            let far = graph.constant(value);
+            replace(&mut graph, self.job.solid.field, fraction.field, far)
+        });
+        Part::new(graph, [empty, full], &self.values, cells)
     }
 
     /// Improves the levels by Newton's method on finer and finer grids.

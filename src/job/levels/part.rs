@@ -178,20 +178,19 @@ impl Plane {
 }
 
 impl Part {
-    /// The part in which the solid `field` changes between the values `low` and `high` of the
-    /// parameters, of a level that leaves nothing in and of one that leaves everything in.
+    /// The part in which a solid changes between two fields: one with nothing of a lattice left in, and one with
+    /// everything.
     ///
     /// # Errors
     /// [`Failure`] of an oracle.
     pub fn new(
-        graph: &Graph,
-        field: NodeId,
-        [low, high]: [&[f64]; 2],
+        graph: Graph,
+        [empty, full]: [NodeId; 2],
+        parameters: &[f64],
         cells: Cells,
     ) -> Result<Self, Failure> {
-        let ends = Ends { graph, field, low, high };
-        let Middles { values, mut open, has_core } = ends.middles(&cells)?;
-        let low = has_core.then_some(low);
+        let mut ends = Ends { graph, empty, full, parameters, has_core: true };
+        let (values, mut open) = ends.middles(&cells)?;
         // Faces may also pass between the middle of a cell and the box's side.
         let is_edge = |&cell: &usize| {
             let own = values[cell] < 0.0;
@@ -201,7 +200,7 @@ impl Part {
         open.retain(is_edge);
         let mut weights: Vec<f64> =
             values.iter().map(|value| f64::from(u8::from(*value < 0.0))).collect();
-        let eighths = eighths(graph, field, (low, high), &cells, &open)?;
+        let eighths = ends.eighths(&cells, &open)?;
         for (cell, planes) in &eighths {
             weights[*cell] = planes.iter().map(Plane::share).sum::<f64>() / 8.0;
         }
@@ -269,123 +268,116 @@ fn bent(planes: [Plane; 8]) -> [Plane; 8] {
     })
 }
 
-/// The solid at both ends of its level.
+/// The solid at both ends of a level.
 struct Ends<'a> {
-    graph: &'a Graph,
-    field: NodeId,
-    low: &'a [f64],
-    high: &'a [f64],
-}
-
-/// The part's field in the middles of cells.
-struct Middles {
-    /// The value in each cell; infinite where a whole block of cells is on one side.
-    values: Vec<f64>,
-    /// The cells of all other blocks.
-    open: Vec<usize>,
-    /// Whether anything may be left where the level leaves nothing in.
+    graph: Graph,
+    /// Its fields with nothing of the lattice left in, and with everything.
+    empty: NodeId,
+    full: NodeId,
+    parameters: &'a [f64],
+    /// Whether anything may be left where nothing is left in.
     has_core: bool,
 }
 
 impl Ends<'_> {
-    fn middles(&self, cells: &Cells) -> Result<Middles, Failure> {
+    /// The part's field in the middle of each cell, infinite where a whole block of cells is on one side, and the
+    /// cells of all other blocks.
+    fn middles(&mut self, cells: &Cells) -> Result<(Vec<f64>, Vec<usize>), Failure> {
         let blocks = cells.blocks();
         let sides: Vec<_> = blocks.iter().map(|block| cells.sides_of(block)).collect();
-        let [empty, full] = [self.low, self.high].map(|values| self.ranges(&sides, values));
+        let [empty, full] = [self.empty, self.full].map(|field| self.ranges(field, &sides));
         let mut values = vec![f64::INFINITY; cells.count()];
         let mut open = Vec::new();
-        let mut has_core = false;
+        self.has_core = false;
         for (block, (empty, full)) in blocks.iter().zip(empty?.into_iter().zip(full?)) {
             let is_in = full.is_inside() && empty.is_outside() && !empty.nan;
             if is_in {
                 cells.cells_of(block).into_iter().for_each(|cell| values[cell] = -f64::INFINITY);
             } else if !full.is_outside() && !empty.is_inside() {
                 open.extend(cells.cells_of(block));
-                has_core |= empty.nan || full.nan || -empty.lo > full.lo;
+                self.has_core |= empty.nan || full.nan || -empty.lo > full.lo;
             }
         }
         let at = cells.points(open.iter().map(|&cell| (cell, DVec3::splat(0.5))));
-        let low = has_core.then_some(self.low);
-        let found = at_ends(self.graph, [self.field], &at, (low, self.high))?;
+        let found = self.at(&at, [self.empty], [self.full])?;
         for (&cell, [value]) in open.iter().zip(&found) {
             values[cell] = *value;
         }
-        Ok(Middles { values, open, has_core })
+        Ok((values, open))
     }
 
-    /// Ranges of the field over boxes.
-    fn ranges(&self, sides: &[[Interval; 3]], values: &[f64]) -> Result<Vec<Interval>, Failure> {
+    /// Ranges of a field over boxes.
+    fn ranges(&self, field: NodeId, sides: &[[Interval; 3]]) -> Result<Vec<Interval>, Failure> {
         let some = |boxes: &[[Interval; 3]]| -> Result<Vec<Interval>, Failure> {
             let lists: [Vec<Interval>; 3] =
                 std::array::from_fn(|axis| boxes.iter().map(|sides| sides[axis]).collect());
             let at = lists.each_ref().map(Vec::as_slice);
             let mut out = vec![Interval::point(0.0); boxes.len()];
-            interpret::enclose(self.graph, &[self.field], at, values, &mut out)?;
+            interpret::enclose(&self.graph, &[field], at, self.parameters, &mut out)?;
             Ok(out)
         };
         let found = sides.par_chunks(BOXES).map(some).collect::<Result<Vec<_>, _>>()?;
         Ok(found.concat())
     }
-}
 
-/// The eighths of those of `edges`, rising, that faces may pass through.
-fn eighths(
-    graph: &Graph,
-    field: NodeId,
-    ends: (Option<&[f64]>, &[f64]),
-    cells: &Cells,
-    edges: &[usize],
-) -> Result<Vec<(usize, [Plane; 8])>, Failure> {
-    let mut graph = graph.clone();
-    let [x, y, z] = derive::gradient(&mut graph, field);
-    let planes = |points: &mut dyn Iterator<Item = (usize, DVec3)>| -> Result<Vec<Plane>, Failure> {
-        let found = at_ends(&graph, [field, x, y, z], &cells.points(points), ends)?;
-        let plane = |[value, slope @ ..]: [f64; 4]| Plane {
-            value,
-            rise: DVec3::from_array(slope) * cells.size,
+    /// The eighths of those of `edges`, rising, that faces may pass through.
+    fn eighths(
+        &mut self,
+        cells: &Cells,
+        edges: &[usize],
+    ) -> Result<Vec<(usize, [Plane; 8])>, Failure> {
+        let [empty, full] = [self.empty, self.full].map(|field| {
+            let [x, y, z] = derive::gradient(&mut self.graph, field);
+            [field, x, y, z]
+        });
+        let planes = |at: &Points| -> Result<Vec<Plane>, Failure> {
+            let plane = |[value, slope @ ..]: [f64; 4]| Plane {
+                value,
+                rise: DVec3::from_array(slope) * cells.size,
+            };
+            Ok(self.at(at, empty, full)?.into_iter().map(plane).collect())
         };
-        Ok(found.into_iter().map(plane).collect())
-    };
-    let middles = planes(&mut edges.iter().map(|&cell| (cell, DVec3::splat(0.5))))?;
-    let is_cut = |(_, plane): &(&usize, &Plane)| {
-        let reach = SURE * 0.5 * plane.rise.abs().element_sum();
-        plane.value.abs() <= reach || reach.is_nan()
-    };
-    let pairs = edges.iter().zip(&middles).filter(is_cut);
-    let cut: Vec<usize> = pairs.map(|(&cell, _)| cell).collect();
-    let places = cut.iter().flat_map(|&cell| (0..8).map(move |k| (cell, middle(k))));
-    let mut found = planes(&mut { places })?;
-    found.iter_mut().for_each(|plane| plane.rise *= 0.5);
-    let of_cell =
-        |(&cell, planes): (&usize, &[Plane])| (cell, bent(std::array::from_fn(|k| planes[k])));
-    Ok(cut.iter().zip(found.chunks_exact(8)).map(of_cell).collect())
-}
+        let centre = DVec3::splat(0.5);
+        let middles = planes(&cells.points(edges.iter().map(|&cell| (cell, centre))))?;
+        let is_cut = |(_, plane): &(&usize, &Plane)| {
+            let reach = SURE * 0.5 * plane.rise.abs().element_sum();
+            plane.value.abs() <= reach || reach.is_nan()
+        };
+        let pairs = edges.iter().zip(&middles).filter(is_cut);
+        let cut: Vec<usize> = pairs.map(|(&cell, _)| cell).collect();
+        let places = cut.iter().flat_map(|&cell| (0..8).map(move |k| (cell, middle(k))));
+        let mut found = planes(&cells.points(places))?;
+        found.iter_mut().for_each(|plane| plane.rise *= 0.5);
+        let of_cell =
+            |(&cell, planes): (&usize, &[Plane])| (cell, bent(std::array::from_fn(|k| planes[k])));
+        Ok(cut.iter().zip(found.chunks_exact(8)).map(of_cell).collect())
+    }
 
-/// The part's field, and what `outputs` has after it, its derivatives: of the solid with everything
-/// left in or, where it is greater, of the complement of the solid with nothing left in. Without values of the parameters
-/// for the latter nothing is left there.
-fn at_ends<const N: usize>(
-    graph: &Graph,
-    outputs: [NodeId; N],
-    at: &Points,
-    (low, high): (Option<&[f64]>, &[f64]),
-) -> Result<Vec<[f64; N]>, Failure> {
-    let values = |parameters: &[f64]| -> Result<Vec<[f64; N]>, Failure> {
-        let lists = values_at(graph, at, &outputs, parameters)?;
-        let one = |i: usize| std::array::from_fn(|k| lists[k][i]);
-        Ok((0..at[0].len()).map(one).collect())
-    };
-    let mut found = values(high)?;
-    if let Some(low) = low {
-        for (full, empty) in found.iter_mut().zip(values(low)?) {
-            let complement = empty.map(|value| -value);
-            // Where one of the two is NaN the point is not in the part.
-            if full[0].is_nan() || complement[0].is_nan() {
-                *full = [f64::INFINITY; N];
-            } else if complement[0] > full[0] {
-                *full = complement;
+    /// The part's field, and what the lists have after it, its derivatives: of the solid with everything
+    /// left in or, where it is greater, of the complement of the solid with nothing left in.
+    fn at<const N: usize>(
+        &self,
+        at: &Points,
+        empty: [NodeId; N],
+        full: [NodeId; N],
+    ) -> Result<Vec<[f64; N]>, Failure> {
+        let values = |outputs: [NodeId; N]| -> Result<Vec<[f64; N]>, Failure> {
+            let lists = values_at(&self.graph, at, &outputs, self.parameters)?;
+            let one = |i: usize| std::array::from_fn(|k| lists[k][i]);
+            Ok((0..at[0].len()).map(one).collect())
+        };
+        let mut found = values(full)?;
+        if self.has_core {
+            for (full, empty) in found.iter_mut().zip(values(empty)?) {
+                let complement = empty.map(|value| -value);
+                // Where one of the two is NaN the point is not in the part.
+                if full[0].is_nan() || complement[0].is_nan() {
+                    *full = [f64::INFINITY; N];
+                } else if complement[0] > full[0] {
+                    *full = complement;
+                }
             }
         }
+        Ok(found)
     }
-    Ok(found)
 }

@@ -9,9 +9,10 @@ use rayon::prelude::*;
 /// What the error of a share should be at most, if the next two allow for it.
 const AIM: f64 = 7e-5;
 
-/// Most points a side of a cell, and most points in all.
+/// Most points a side of a cell, most points in all, and most operations at all of them: a second or two.
 const FINEST: usize = 6;
 const MOST: usize = 1 << 25;
+const WORK: usize = 1 << 30;
 
 /// How many times the error of the share a search goes to both sides of the first level, at first and
 /// at last, and what it goes at least.
@@ -25,7 +26,7 @@ pub(super) struct Shares<'a> {
     values: &'a [f64],
     /// The same by cell; NaN in cells that are not near.
     by_cell: Vec<f64>,
-    /// The values in cells of the part, rising, with what lies below each, itself by half.
+    /// The values in cells of the part, rising, with the weight of each and those below.
     sorted: Vec<(f64, f64)>,
     /// All weights together.
     whole: f64,
@@ -35,7 +36,9 @@ pub(super) struct Shares<'a> {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Found {
     pub level: f64,
-    /// How far the share may be from the one asked for.
+    /// The share below it: not the one asked for where values jump.
+    pub share: f64,
+    /// How far that may be from the truth.
     pub error: f64,
 }
 
@@ -54,7 +57,7 @@ impl<'a> Shares<'a> {
 
     /// The level below which the share `share` lies, by one value a cell.
     pub fn level(&self, share: f64) -> f64 {
-        level_at(&self.sorted, share * self.whole)
+        level_at(&self.sorted, share * self.whole).unwrap_or(f64::NAN)
     }
 
     /// The same level and twice the standard deviation of the share.
@@ -72,17 +75,19 @@ impl<'a> Shares<'a> {
             others.filter(is_between).count() as f64 * weights[cell] * weights[cell]
         };
         let crossed: f64 = near.iter().map(pairs).sum();
-        Found { level, error: 2.0 * (crossed / 6.0).sqrt() / self.whole }
+        let share = weight_below(&self.sorted, level) / self.whole;
+        Found { level, share, error: 2.0 * (crossed / 6.0).sqrt() / self.whole }
     }
 
-    /// The level with many more points in all cells that faces near it may pass through; `sampled` gives the
-    /// values at points.
+    /// The level with many more points in all cells that faces near it may pass through, if that is not too much work;
+    /// `sampled` gives the values at points by some number of `operations` each.
     ///
     /// # Errors
     /// What `sampled` fails with.
     pub fn refined(
         &self,
         share: f64,
+        operations: usize,
         sampled: impl Fn(&Points) -> Result<Vec<f64>, Failure> + Sync,
     ) -> Result<Found, Failure> {
         let first = self.first(share);
@@ -104,7 +109,8 @@ impl<'a> Shares<'a> {
                     below += self.part.weights[cell];
                 }
             }
-            let side = self.side(first.error, crossed.len());
+            let most = MOST.min(WORK / operations.max(1));
+            let Some(side) = side(first.error, crossed.len(), most) else { return Ok(first) };
             let batch = (BATCH / (side * side * side)).max(1);
             let some =
                 |numbers: &[usize]| self.scatter(numbers, side, [lo, hi, first.level], &sampled);
@@ -119,9 +125,9 @@ impl<'a> Shares<'a> {
             let inner = accumulate(&mut between);
             let wanted = share * self.whole - below;
             if wanted >= 0.0 && wanted <= inner && !between.is_empty() || reach >= FARTHEST {
-                let level =
-                    if between.is_empty() { first.level } else { level_at(&between, wanted) };
-                return Ok(Found { level, error: 2.0 * variance.sqrt() / self.whole });
+                let Some(level) = level_at(&between, wanted) else { return Ok(first) };
+                let share = (below + weight_below(&between, level)) / self.whole;
+                return Ok(Found { level, share, error: 2.0 * variance.sqrt() / self.whole });
             }
             reach *= 4.0;
         }
@@ -137,13 +143,6 @@ impl<'a> Shares<'a> {
             changes.fold(0.0, f64::max)
         };
         (0..near.len()).into_par_iter().map(one).collect()
-    }
-
-    /// Points a side of each of `crossed` cells for the error aimed at, which is `error` with one.
-    fn side(&self, error: f64, crossed: usize) -> usize {
-        let suits = |side: usize| error <= AIM * (side * side) as f64;
-        let wanted = (2..FINEST).find(|&side| suits(side)).unwrap_or(FINEST);
-        (2..=wanted).rev().find(|side| crossed * side.pow(3) <= MOST).unwrap_or(2)
     }
 
     /// Sums over cells, `numbers` of those near, each with `side` points a side.
@@ -196,6 +195,14 @@ impl<'a> Shares<'a> {
     }
 }
 
+/// Points a side of each of `crossed` cells for the error aimed at, which is `error` with one, if two
+/// a side are not more than `most` points.
+fn side(error: f64, crossed: usize, most: usize) -> Option<usize> {
+    let suits = |side: usize| error <= AIM * (side * side) as f64;
+    let wanted = (2..FINEST).find(|&side| suits(side)).unwrap_or(FINEST);
+    (2..=wanted).rev().find(|side| crossed * side.pow(3) <= most)
+}
+
 /// Whether the level lies between two values.
 fn is_between(level: f64, a: f64, b: f64) -> bool {
     a < level && b >= level || b < level && a >= level
@@ -221,24 +228,32 @@ struct Scattered {
     variance: f64,
 }
 
-/// Sorts values with their weights, replaces weights by what lies below, half of the own included, and
-/// returns them all together.
+/// Sorts values with their weights, replaces weights by what lies below and the own together, and
+/// returns all weights together.
 fn accumulate(values: &mut [(f64, f64)]) -> f64 {
     values.par_sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
     let mut sum = 0.0;
     for (_, weight) in values {
-        let own = *weight;
-        *weight = sum + 0.5 * own;
-        sum += own;
+        sum += *weight;
+        *weight = sum;
     }
     sum
 }
 
-/// The value below which the weight `below` lies, of at least one value with the weight below it.
-fn level_at(sorted: &[(f64, f64)], below: f64) -> f64 {
-    let upper = sorted.partition_point(|(_, weight)| *weight < below).min(sorted.len() - 1);
-    let [a, b] = [sorted[upper.saturating_sub(1)], sorted[upper]];
-    let width = b.1 - a.1;
-    let part = if width > 0.0 { ((below - a.1) / width).clamp(0.0, 1.0) } else { 1.0 };
-    a.0 + part * (b.0 - a.0)
+/// The value below which the weight `below` lies, of at least one value: between neighbours, each of which
+/// has half of its weight on either side.
+fn level_at(sorted: &[(f64, f64)], below: f64) -> Option<f64> {
+    let last = sorted.len().checked_sub(1)?;
+    let own = sorted.partition_point(|(_, sum)| *sum < below).min(last);
+    let before = if own == 0 { 0.0 } else { sorted[own - 1].1 };
+    let (value, sum) = sorted[own];
+    let part = ((below - before) / (sum - before)).clamp(0.0, 1.0) - 0.5;
+    let next = sorted[if part < 0.0 { own.saturating_sub(1) } else { (own + 1).min(last) }].0;
+    Some(value + part.abs() * (next - value))
+}
+
+/// The weight of the values less than `level`.
+fn weight_below(sorted: &[(f64, f64)], level: f64) -> f64 {
+    let count = sorted.partition_point(|(value, _)| *value < level);
+    count.checked_sub(1).map_or(0.0, |last| sorted[last].1)
 }
