@@ -108,6 +108,10 @@
 //!   function, 0.48 s.
 //! * **Motions of a part made at once**, and a table of nodes that holds their numbers only: ten
 //!   thousand turned parts are read in 0.24 s instead of 0.45 s.
+//! * **Densities in meshes from cells, not points**: the distance is asked for in cells that the part's faces
+//!   may pass through only, with the slopes in their eighths, and without the lattice. A gyroid in
+//!   a bunny of 60 k triangles is solved for in 0.8 s of CPU time with three cells across, in 2.1 s with
+//!   twenty, where a million points took 1.3 to 1.4 s and left ten times the error.
 //! * **Volumes without their errors** where a density is solved for, and no evaluation to check the
 //!   last step of Newton's method: a change of the density of a gyroid takes two fifths of the time.
 //! * **Rows of sixteen edges through all steps**, not one step after the other through all edges, where

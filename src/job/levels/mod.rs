@@ -8,12 +8,13 @@
 //! solved in two stages.
 //!
 //! * **Points.** The box is divided into cells, of which each lies in the part by a share that is found
-//!   with the part's field and its slopes in the eighths of those that faces pass through ([`part`]). The values of the
-//!   lattice's field at one point a cell, weighted by that, are sorted; the level is their r-quantile. Where the
-//!   program asks oracles and nothing follows, the cells that the level's surface may pass through get 8 to 216
-//!   points ([`shares`]), and twice the standard deviation of the share is stated as its error: 6e-5 for three to
-//!   eight cells across a part, 1e-4 for twenty. Levels of densities that vary in space take their
-//!   curves from the same values, and their r from the mean over the part.
+//!   with the part's field and its slopes in the eighths of those that faces pass through ([`part`]).
+//!   The values of the lattice's field at one point a cell, weighted by that, are sorted; the level is
+//!   their r-quantile. Where the program asks oracles and no quadrature follows, the cells that the level's
+//!   surface may pass through get 8 to 216 points ([`shares`]), and twice the standard deviation of the share is
+//!   stated as its error: 6e-5 for three to eight cells across a part, 1e-4 for twenty, and 1e-3
+//!   where an expression is so long that one point a cell has to do. Levels of densities that
+//!   vary in space take their curves from the same values, and their r from the mean over the part.
 //! * **Quadrature.** Without oracles the level is improved by Newton's method, V and dV/dt being the
 //!   quadrature of the field ([`quadrature`](crate::measure::quadrature)) on a grid that is refined until the
 //!   fraction stays.

@@ -6,16 +6,17 @@ use crate::expr::Failure;
 use glam::DVec3;
 use rayon::prelude::*;
 
-/// What the error of a share should be at most, if the next two allow for it.
+/// What the error of a share should be at most, if the next three allow for it.
 const AIM: f64 = 7e-5;
 
-/// Most points a side of a cell, most points in all, and most operations at all of them: a second or two.
+/// Most points a side of a cell.
 const FINEST: usize = 6;
+
+/// Most points in all, and most operations at all of them: a second or two.
 const MOST: usize = 1 << 25;
 const WORK: usize = 1 << 30;
 
-/// How many times the error of the share a search goes to both sides of the first level, at first and
-/// at last, and what it goes at least.
+/// How many times its error the share is looked for on both sides of the first one, at first and at last.
 const REACH: f64 = 4.0;
 const FARTHEST: f64 = 1000.0;
 
@@ -79,8 +80,11 @@ impl<'a> Shares<'a> {
         Found { level, share, error: 2.0 * (crossed / 6.0).sqrt() / self.whole }
     }
 
-    /// The level with many more points in all cells that faces near it may pass through, if that is not too much work;
-    /// `sampled` gives the values at points by some number of `operations` each.
+    /// The level with many more points in all cells that the surface of a level near it may pass
+    /// through, if that is not too much work: `sampled` gives values by so many `operations` a point.
+    ///
+    /// A surface passes through a cell only if the level is no farther from its value than its neighbours' are:
+    /// these are twice as far away as its corners.
     ///
     /// # Errors
     /// What `sampled` fails with.
