@@ -61,6 +61,27 @@ fn edges_of_the_box_that_the_surface_touches_leave_no_slivers() {
 }
 
 #[test]
+fn vertices_keep_to_their_side_of_walls_and_jumps() {
+    for (text, spacing, most_change) in [
+        ("'floor(4*x)-4*x+0.3' box", 0.1, 1e-3),
+        ("'mod(x+y,0.3)-0.1' box", 0.1, 1e-3),
+        // Of a wall thinner than a quarter of the spacing scraps are left.
+        ("gyroid thickness 0.03 box", 0.13, 1.0),
+    ] {
+        let [kept, removed] = meshes(text, spacing);
+        let coincident = |mesh: &Mesh| {
+            let mut places: Vec<_> =
+                mesh.positions.iter().map(|p| p.map(|c| (c as f32).to_bits())).collect();
+            places.sort_unstable();
+            places.windows(2).filter(|pair| pair[0] == pair[1]).count()
+        };
+        assert_eq!(coincident(&removed), coincident(&kept), "{text}");
+        let change = volume(&removed) / volume(&kept) - 1.0;
+        assert!(change.abs() < most_change, "{text}: the volume changed by {change}");
+    }
+}
+
+#[test]
 fn smooth_solids_have_no_angle_below_20_degrees() {
     holds("sphere", 0.05, 20.0);
     holds("torus", 0.04, 20.0);

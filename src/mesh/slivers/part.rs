@@ -40,11 +40,10 @@ pub(super) fn part<E>(
         sheets.ring(&stars, *vertex, &mut ring);
         let from = sheets.at(*vertex);
         let holds = sheets.holds[*vertex as usize];
-        let is_there = !holds.is_on_surface();
         for close in [middle(sheets, from, &ring, spacing), closest(sheets, &stars, *vertex)] {
             let away = (from - close).normalize_or_zero();
             let to = |way: f64| holds.hold(from, from + way * spacing * away);
-            places.extend(WAYS.map(|way| Place { at: to(way), is_there }));
+            places.extend(WAYS.map(|way| Place::new(to(way), holds)));
         }
     }
     land(&mut places, spacing, field)?;
@@ -101,14 +100,14 @@ fn best(
     let together = |place: DVec3| angles(place).map(|angle| angle.min(ENOUGH_DEG)).sum::<f64>();
     let from = sheets.at(vertex);
     let (mut most, mut best) = (together(from) + GAIN_DEG, None);
-    for Place { at: to, is_there } in places.iter().copied() {
+    for place in places.iter().copied() {
+        let to = place.at;
         let keeps_angles =
             || angles(to).zip(angles(from)).all(|(after, before)| after >= before.min(POOR_DEG));
-        if is_there
-            && to.distance(from) <= spacing
+        if to.distance(from) <= spacing
             && together(to) > most
             && keeps_angles()
-            && keeps_sides(sheets, stars, vertex, to)
+            && keeps_sides(sheets, stars, vertex, place)
         {
             (most, best) = (together(to), Some(to));
         }

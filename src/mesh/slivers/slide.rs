@@ -14,6 +14,11 @@ const STEPS: usize = 8;
 const AWAY: f64 = 1e-9;
 /// How far a vertex may move at once, in parts of the spacing.
 const FARTHEST: f64 = 0.7;
+/// How far contouring holds a vertex off the surface, in parts of the spacing, and some more.
+const HELD: f64 = 1.0 / 64.0;
+/// The field rises out of the solid, or by less than the angle of this cosine from there: where the surface
+/// crosses itself it does not know which way.
+pub(super) const OPPOSED: f64 = -0.85;
 /// Vertices whose last steps to the surface are taken together.
 const AT_ONCE: usize = 1 << 16;
 /// Degrees that a small angle may lose by such a step, about a thousandth of the spacing long.
@@ -25,6 +30,15 @@ pub(super) struct Place {
     pub(super) at: DVec3,
     /// Whether that is on the vertex's sheet.
     pub(super) is_there: bool,
+    /// Where the field rises to there, out of the solid; zero for what did not have to be found.
+    pub(super) out: DVec3,
+}
+
+impl Place {
+    /// A place on a flat cut, or one yet to be found on the surface.
+    pub(super) const fn new(at: DVec3, holds: Holds) -> Self {
+        Self { at, is_there: !holds.is_on_surface(), out: DVec3::ZERO }
+    }
 }
 
 /// Slides the vertices of triangles with a small angle to the middle of their neighbours, where
@@ -52,17 +66,17 @@ pub(super) fn slide<E>(
                 let to = from + way * (sum / ring.len().max(1) as f64 - from);
                 let holds = sheets.holds[vertex as usize];
                 let at = holds.hold(from, to);
-                Place { at, is_there: !holds.is_on_surface() }
+                Place::new(at, holds)
             })
             .collect();
         land(&mut places, spacing, field)?;
         // One after the other: each sees where those before it went.
         let mut places = places.into_iter();
         waiting.retain(|&vertex| {
-            let Some(Place { at: to, is_there }) = places.next() else { return true };
-            let slides = is_there && is_better(sheets, &stars, vertex, to, spacing);
+            let Some(place) = places.next() else { return true };
+            let slides = is_better(sheets, &stars, vertex, place, spacing);
             if slides {
-                sheets.mesh.positions[vertex as usize] = to.to_array();
+                sheets.mesh.positions[vertex as usize] = place.at.to_array();
                 count += 1;
             }
             !slides
@@ -83,15 +97,16 @@ pub(super) fn settle<E>(
         .filter(|vertex| !stars.about(*vertex).is_empty())
         .collect();
     for vertices in vertices.chunks(AT_ONCE) {
-        let place = |&vertex: &u32| Place { at: sheets.at(vertex), is_there: false };
+        let place = |&vertex: &u32| Place::new(sheets.at(vertex), Holds::SURFACE);
         let mut places: Vec<Place> = vertices.iter().map(place).collect();
         land(&mut places, spacing, field)?;
-        for (&vertex, Place { at: to, is_there }) in vertices.iter().zip(places) {
+        for (&vertex, place) in vertices.iter().zip(places) {
+            let to = place.at;
             let least = |place: DVec3| least_about(sheets, &stars, vertex, place);
             let from = sheets.at(vertex);
-            if is_there
-                && to != from
-                && keeps_sides(sheets, &stars, vertex, to)
+            if to != from
+                && to.distance(from) <= HELD * spacing
+                && keeps_sides(sheets, &stars, vertex, place)
                 && (least(to) > GOOD_DEG || least(to) > least(from) - SETTLING_DEG)
             {
                 sheets.mesh.positions[vertex as usize] = to.to_array();
@@ -123,6 +138,7 @@ pub(super) fn land<E>(
             }
             if step_back.length() <= AWAY * spacing {
                 places[i].is_there = true;
+                places[i].out = gradient;
             } else if step < STEPS {
                 places[i].at -= step_back;
                 still.push(i);
@@ -144,19 +160,29 @@ fn least_about(sheets: &Sheets, stars: &Stars, vertex: u32, place: DVec3) -> f64
     angles.fold(60.0, f64::min)
 }
 
-/// Whether `vertex` stays in the box, and no triangle about it turns over, if it goes to `to`.
-pub(super) fn keeps_sides(sheets: &Sheets, stars: &Stars, vertex: u32, to: DVec3) -> bool {
-    sheets.is_free_place(sheets.holds[vertex as usize], to)
+/// Whether `vertex` stays in the box and on its sheet, and no triangle about it turns over, if it goes to `place`.
+///
+/// The other side of a wall, and the zero next to a jump of the field, have the solid on the other side.
+pub(super) fn keeps_sides(sheets: &Sheets, stars: &Stars, vertex: u32, place: Place) -> bool {
+    let Place { at: to, is_there, out } = place;
+    let is_own_sheet = || {
+        let own = sheets.about(stars, vertex).filter(|corners| sheets.sheet(*corners) == 0);
+        let outward: DVec3 = own.map(|corners| normal(sheets.points(corners))).sum();
+        is_along(outward, out, OPPOSED)
+    };
+    is_there
+        && sheets.is_free_place(sheets.holds[vertex as usize], to)
+        && (out == DVec3::ZERO || is_own_sheet())
         && sheets.about(stars, vertex).all(|corners| {
             let moved = corners.map(|c| if c == vertex { to } else { sheets.at(c) });
             is_along(normal(sheets.points(corners)), normal(moved), TURN)
         })
 }
 
-/// Whether the least angle about `vertex` is larger at `to`, which is no place that it can't go to.
-fn is_better(sheets: &Sheets, stars: &Stars, vertex: u32, to: DVec3, spacing: f64) -> bool {
-    let from = sheets.at(vertex);
+/// Whether the least angle about `vertex` is larger at `place`, if it can go there.
+fn is_better(sheets: &Sheets, stars: &Stars, vertex: u32, place: Place, spacing: f64) -> bool {
+    let (from, to) = (sheets.at(vertex), place.at);
     to.distance(from) <= FARTHEST * spacing
-        && keeps_sides(sheets, stars, vertex, to)
+        && keeps_sides(sheets, stars, vertex, place)
         && least_about(sheets, stars, vertex, to) > least_about(sheets, stars, vertex, from) + 1e-9
 }

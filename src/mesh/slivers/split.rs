@@ -7,7 +7,7 @@
 use super::contract::{contract_these, contraction};
 use super::edges::{self, Edge};
 use super::sheets::{Holds, Sheet, Sheets, is_along, is_sliver, normal};
-use super::slide::{Place, land};
+use super::slide::{OPPOSED, Place, land};
 use super::{Field, TURN};
 use crate::mesh::topology::Stars;
 use glam::DVec3;
@@ -126,8 +126,8 @@ fn tries(
         let across = across.flatten().filter(|corner| *corner != end && *corner != third);
         let aside = across.map(|corner| middle + ASIDE * (sheets.at(corner) - middle));
         let split = Split { ends: [end, third], sheet };
-        let is_there = !Holds::of(sheet).is_on_surface();
-        tries.extend([middle].into_iter().chain(aside).map(|at| (split, Place { at, is_there })));
+        let place = |at: DVec3| (split, Place::new(at, Holds::of(sheet)));
+        tries.extend([middle].into_iter().chain(aside).map(place));
     }
     tries
 }
@@ -175,7 +175,7 @@ fn halves(
     stars: &Stars,
     barred: &Barred,
     Split { ends, sheet }: Split,
-    Place { at, is_there }: Place,
+    Place { at, is_there, out }: Place,
     old: usize,
 ) -> Option<[Halved; 2]> {
     if !is_there || !sheets.is_free_place(Holds::of(sheet), at) {
@@ -196,10 +196,12 @@ fn halves(
                 |gone: u32| corners.map(|corner| if corner == gone { vertex } else { corner });
             let halves = ends.map(half);
             let whole = normal(corners.map(place));
-            let is_fine = halves
-                .iter()
-                .map(|half| half.map(place))
-                .all(|points| is_along(whole, normal(points), TURN) && !is_sliver(points));
+            let is_own_sheet = out == DVec3::ZERO || is_along(whole, out, OPPOSED);
+            let is_fine = is_own_sheet
+                && halves
+                    .iter()
+                    .map(|half| half.map(place))
+                    .all(|points| is_along(whole, normal(points), TURN) && !is_sliver(points));
             is_fine.then_some((number, halves))
         });
     Some([halved.next()??, halved.next()??])
