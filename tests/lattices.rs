@@ -329,6 +329,18 @@ fn the_density_of_a_field_that_jumps_in_a_mesh_is_the_one_reached() {
 }
 
 #[test]
+fn densities_do_not_depend_on_how_large_the_values_of_the_field_are() {
+    for (program, side, spacing) in [
+        ("'1e7*x' density 0.3 box", 2.0_f64, 0.1),
+        ("'exp(20*x)' density 0.3 box", 2.0, 0.05),
+        ("box scale 1e7 gyroid fill count 5 density 0.3", 2e7, 1e7 / 30.0),
+    ] {
+        let share = volume(program, spacing) / side.powi(3);
+        assert!((share - 0.3).abs() < 2e-3, "{program}: {share}");
+    }
+}
+
+#[test]
 fn counted_cells_divide_the_box_of_the_part() {
     let block = "box scale 2,1,1 translate 0.3,0,0";
     let counted = volume(&format!("{block} gyroid fill count 4,2,3"), 0.05);

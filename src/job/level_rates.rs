@@ -21,9 +21,6 @@ use crate::measure::GridMotion;
 use crate::num::Progress;
 use crate::solid::{Fraction, Values};
 
-/// A level far beyond all values; see [`levels`](super::levels).
-const FAR: f64 = super::levels::FAR;
-
 /// Derivatives of the solved levels by the named parameters.
 #[derive(Clone, Debug, Default)]
 pub(super) struct LevelRates {
@@ -76,8 +73,9 @@ impl LevelRates {
                 values[fraction.level.index()] = level;
                 values
             };
-            let (empty, empty_by) = volumes(with(-FAR))?;
-            let (full, full_by) = volumes(with(FAR))?;
+            let far = job.far_in(fraction, field.grid, &field.values)?;
+            let (empty, empty_by) = volumes(with(-far))?;
+            let (full, full_by) = volumes(with(far))?;
             let mut graph = job.graph.clone();
             let mut target = vec![fraction.target];
             let slope = |slot: &ParameterId| derive::by_parameter(&mut graph, target[0], *slot);

@@ -42,9 +42,13 @@ use rayon::prelude::*;
 use shares::{Found, Shares};
 use std::sync::{Mutex, PoisonError};
 
-/// A level that leaves everything in, and minus it one that leaves nothing in: far beyond the
-/// values of fields, and small enough that their sums keep nine digits.
-pub(super) const FAR: f64 = 1e6;
+/// How many times the largest value of a field, or one, a level is that leaves everything in, and minus it one that
+/// leaves nothing in: their sums keep nine digits.
+const FAR: f64 = 1e6;
+
+/// Cells in which that value is looked for, and the most that is made of it.
+const PROBES: usize = 4096;
+const FARTHEST: f64 = 1e300;
 
 /// Fractions on two successive grids may differ by this.
 const TOLERANCE: f64 = 2e-5;
@@ -282,8 +286,9 @@ impl Search<'_> {
     /// The part that the lattice of `fraction` is put in.
     fn part(&self, fraction: &Fraction, cells: Cells) -> Result<Part, Failure> {
         let mut graph = self.job.graph.clone();
+        let far = self.job.far(fraction, &cells, &self.values)?;
         // Without the lattice little is left to evaluate.
-        let [empty, full] = [FAR, -FAR].map(|value| {
+        let [empty, full] = [far, -far].map(|value| {
             let far = graph.constant(value);
             replace(&mut graph, self.job.solid.field, fraction.field, far)
         });
@@ -340,7 +345,8 @@ impl Search<'_> {
         grid: &Grid,
     ) -> Result<(Density, f64), Error> {
         let slot = fraction.level;
-        let [low, high] = [-FAR, FAR].map(|far| self.with(slot, far));
+        let far = self.job.far_in(fraction, grid, &self.values)?;
+        let [low, high] = [-far, far].map(|far| self.with(slot, far));
         let [empty, _] = self.volume(low, &[], grid)?;
         let [full, _] = self.volume(high, &[], grid)?;
         let part = full - empty;
@@ -419,6 +425,28 @@ impl Job {
             Ok(found.iter().map(|values| part.mean(values).unwrap_or(f64::NAN)).collect())
         };
         means().map_err(|failure| Error::Contour(contour::Error::Failure(failure)))
+    }
+
+    /// A level of `fraction` in the box of `grid` that leaves everything in; minus it leaves nothing in.
+    ///
+    /// # Errors
+    /// [`Error::Contour`] if its field can't be evaluated.
+    pub(super) fn far_in(
+        &self,
+        fraction: &Fraction,
+        grid: &Grid,
+        values: &[f64],
+    ) -> Result<f64, Error> {
+        let cells = Cells::new(box_of(grid), PROBES);
+        let far = self.far(fraction, &cells, values);
+        far.map_err(|failure| Error::Contour(contour::Error::Failure(failure)))
+    }
+
+    /// The same in the box of `cells`.
+    fn far(&self, fraction: &Fraction, cells: &Cells, values: &[f64]) -> Result<f64, Failure> {
+        let found = values_at(&self.graph, &cells.probes(PROBES), &[fraction.family], values)?;
+        let largest = found.iter().flatten().map(|value| value.abs()).filter(|v| v.is_finite());
+        Ok((FAR * largest.fold(1.0, f64::max)).min(FARTHEST))
     }
 
     /// The cells in which the part that a lattice is put in is looked at.

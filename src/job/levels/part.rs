@@ -71,6 +71,12 @@ impl Cells {
         lists
     }
 
+    /// About `count` points, or one in each cell, spread over the box.
+    pub fn probes(&self, count: usize) -> Points {
+        let step = (self.count() / count).max(1);
+        self.points((0..self.count()).step_by(step).zip(scattered(0)))
+    }
+
     /// The cell and those that touch it.
     pub fn around(&self, cell: usize) -> impl Iterator<Item = usize> + '_ {
         let place = self.place(cell);
