@@ -350,6 +350,25 @@ fn statistics_are_json() {
 }
 
 #[test]
+fn statistics_take_no_other_files_place() {
+    let folder = tempfile::tempdir().unwrap();
+    let made = cesogen(folder.path(), &["-q", "-s", "0.5", "-o", "in.ply", "box"]);
+    assert!(made.status.success(), "{}", stderr(&made));
+    let before = fs::read(folder.path().join("in.ply")).unwrap();
+    for arguments in [
+        &["-s", "0.5", "-o", "out.ply", "--stats", "./out.ply", "box"][..],
+        &["-s", "0.5", "-o", "out.ply", "--stats", "./in.ply", "in.ply"],
+        &["-s", "0.5", "-o", "-", "--stats", "-", "box"],
+    ] {
+        let output = cesogen(folder.path(), arguments);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {}", stderr(&output));
+        assert!(stderr(&output).contains("name another"), "{}", stderr(&output));
+    }
+    assert_eq!(fs::read(folder.path().join("in.ply")).unwrap(), before);
+    assert!(!folder.path().join("out.ply").exists());
+}
+
+#[test]
 fn nothing_is_made_where_the_statistics_can_not_be_written() {
     let folder = tempfile::tempdir().unwrap();
     let arguments = ["--stats", "missing/s.json", "-s", "0.1", "-o", "box.ply", "box"];

@@ -54,7 +54,7 @@ pub(super) enum Trouble {
     },
     /// The output's name does not say its format.
     #[error(
-        "`{name}`: the extension names no mesh format that can be written; use .ply, .stl, .obj or .off"
+        "`{name}`: the extension names no mesh format that can be written; use .ply, .stl, .obj, .off or .3mf"
     )]
     Format {
         /// The output as the user named it.
@@ -142,6 +142,9 @@ pub(super) enum ValueFault {
     /// Standard output is wanted for two things.
     #[error("is where `--json` prints; name a file")]
     Taken,
+    /// The statistics would take the place of a file that is read or written.
+    #[error("is a file that the command reads or writes otherwise; name another")]
+    InUse,
     /// A height is not in the box.
     #[error("has {height}, but the box reaches from {lo} to {hi} along this axis")]
     Height {

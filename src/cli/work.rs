@@ -13,6 +13,7 @@ use glam::DVec3;
 use rayon::ThreadPoolBuilder;
 use std::collections::HashSet;
 use std::num::NonZeroUsize;
+use std::path::Path;
 
 /// A job and how to do it.
 pub(super) struct Work {
@@ -25,6 +26,7 @@ pub(super) fn prepare(name: &str, arguments: &WorkArguments) -> Result<Work, Tro
     let (settings, defined) = read_options(arguments)?;
     let job = Job::with_parameters(&arguments.program, &defined)?;
     remark(name, arguments, &job);
+    keep_stats_apart(arguments, None)?;
     probe_stats(arguments)?;
     Ok(Work { job, settings })
 }
@@ -32,6 +34,29 @@ pub(super) fn prepare(name: &str, arguments: &WorkArguments) -> Result<Work, Tro
 /// Tries whether the file of statistics can be written, so that the work is not lost for want of it.
 pub(super) fn probe_stats(arguments: &WorkArguments) -> Result<(), Trouble> {
     Ok(arguments.stats.as_deref().map_or(Ok(()), Output::probe)?)
+}
+
+/// Whether the statistics have a file of their own, which is neither `output` nor one that the program names.
+///
+/// # Errors
+/// [`Trouble::Value`] if not.
+pub(super) fn keep_stats_apart(
+    arguments: &WorkArguments,
+    output: Option<&Path>,
+) -> Result<(), Trouble> {
+    let Some(stats) = arguments.stats.as_deref() else { return Ok(()) };
+    let is_same = |other: &Path| {
+        // A file that is not there yet has no canonical name.
+        let name = |path: &Path| path.canonicalize().or_else(|_| std::path::absolute(path)).ok();
+        stats == other || name(stats).is_some_and(|stats| Some(stats) == name(other))
+    };
+    let is_device = stats.metadata().is_ok_and(|data| !data.is_file());
+    let words = arguments.program.iter().map(Path::new);
+    if !is_device && words.chain(output).any(is_same) {
+        let text = stats.display().to_string();
+        return Err(Trouble::Value { option: "--stats", text, fault: ValueFault::InUse });
+    }
+    Ok(())
 }
 
 /// Reads the options: how to contour, and the parameters.

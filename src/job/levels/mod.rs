@@ -46,6 +46,11 @@ use std::sync::{Mutex, PoisonError};
 /// leaves nothing in: their sums keep nine digits.
 const FAR: f64 = 1e6;
 
+/// Why a density can't be had where a higher level does not leave more in.
+const NO_PART: &str = "raising its level adds nothing to the whole. A skin may fill the part; or a word after it \
+    turns it round, as `complement` and `difference` do, or takes its surface alone, as `shell` and `thickness` do: \
+    ask for the share that remains";
+
 /// Cells in which that value is looked for, and the most that is made of it.
 const PROBES: usize = 4096;
 const FARTHEST: f64 = 1e300;
@@ -224,7 +229,7 @@ impl Search<'_> {
             return Err(self.job.no_density(fraction, "its field has no values"));
         };
         let Some(asked) = part.mean(targets) else {
-            return Err(self.job.no_density(fraction, "it has no part in the whole"));
+            return Err(self.job.no_density(fraction, NO_PART));
         };
         if !(asked > 0.0 && asked < 1.0) {
             let cause = format!("the share asked for is {asked} on average");
@@ -351,7 +356,7 @@ impl Search<'_> {
         let [full, _] = self.volume(high, &[], grid)?;
         let part = full - empty;
         if part <= 0.0 || part.is_nan() {
-            return Err(self.job.no_density(fraction, "it has no part in the whole"));
+            return Err(self.job.no_density(fraction, NO_PART));
         }
         let mut level = self.values[slot.index()];
         let (mut below, mut above) = (f64::NEG_INFINITY, f64::INFINITY);
