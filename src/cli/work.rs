@@ -36,7 +36,8 @@ pub(super) fn probe_stats(arguments: &WorkArguments) -> Result<(), Trouble> {
     Ok(arguments.stats.as_deref().map_or(Ok(()), Output::probe)?)
 }
 
-/// Whether the statistics have a file of their own, which is neither `output` nor one that the program names.
+/// Sees to it that the statistics have a file of their own, neither `output` nor one that the program
+/// names.
 ///
 /// # Errors
 /// [`Trouble::Value`] if not.

@@ -42,14 +42,14 @@ use rayon::prelude::*;
 use shares::{Found, Shares};
 use std::sync::{Mutex, PoisonError};
 
-/// How many times the largest value of a field, or one, a level is that leaves everything in, and minus it one that
-/// leaves nothing in: their sums keep nine digits.
+/// How many times the largest value of a field, or one, a level is that leaves everything in, and
+/// minus it one that leaves nothing in: their sums keep nine digits.
 const FAR: f64 = 1e6;
 
 /// Why a density can't be had where a higher level does not leave more in.
-const NO_PART: &str = "raising its level adds nothing to the whole. A skin may fill the part; or a word after it \
-    turns it round, as `complement` and `difference` do, or takes its surface alone, as `shell` and `thickness` do: \
-    ask for the share that remains";
+const NO_PART: &str = "raising its level adds nothing to the whole. A skin may fill the part; \
+    or a word after it turns it round, as `complement` and `difference` do, or takes its surface \
+    alone, as `shell` and `thickness` do: ask for the share that remains";
 
 /// Cells in which that value is looked for, and the most that is made of it.
 const PROBES: usize = 4096;
@@ -271,8 +271,8 @@ impl Search<'_> {
         Ok(Seen { asked, found: share, error })
     }
 
-    /// The level below which `asked` lies: what is wanted if no quadrature follows, else where it begins. The values `sampled` are
-    /// made of `outputs`.
+    /// The level below which `asked` lies: what is wanted if no quadrature follows, else where it
+    /// begins. The values `sampled` are made of `outputs`.
     fn level_of(
         &self,
         shares: &Shares<'_>,

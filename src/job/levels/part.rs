@@ -163,8 +163,8 @@ struct Plane {
 }
 
 impl Plane {
-    /// The share of the eighth where the field is negative: means along [`LINES`]² lines along the axis that the plane is
-    /// steepest to.
+    /// The share of the eighth where the field is negative: the mean of [`LINES`]² lines along the
+    /// axis that the field changes most along.
     fn share(&self) -> f64 {
         let Self { value, rise } = *self;
         let steepest = (0..3)

@@ -15,14 +15,15 @@
 //! box stay, and vertices of rims stay where they are, vanish, or go to the box's edge or corner if it is
 //! closer than a 32nd of the spacing; where the surface crosses an edge of the box twice within an eighth
 //! of the spacing, one crossing goes to the other; vertices inside the box lie on the surface to a
-//! part in 10⁹ of the grid's spacing where Newton's method finds it; no change turns a triangle by more than 60°; the
-//! same bytes for any number of threads. Of the 27 periodic surfaces at 64³, cut by a box, none keeps an
+//! part in 10⁹ of the grid's spacing where Newton's method finds it, on their own side of walls and
+//! jumps; no change turns a triangle by more than 60°; the same bytes for any number of threads. Of the 27 periodic surfaces at 64³, cut by a box, none keeps an
 //! angle below 5° (their least ones are 6.6° to 35°).
 //!
 //! It does not promise a least angle. Of the 27 surfaces on seven other grids of 40 to 72 cells, small
 //! ones are left where W crosses itself (at most 14 triangles, at 50³) and where C(Y), Y and C(±Y)
 //! leave the box almost along its side (at most 15 triangles, at 55³ and 63³). Nor does it promise
-//! that triangles of far parts do not cross where walls are thinner than a cell. The whole mesh is gone through again and again: 6 µs of processor time a triangle.
+//! that triangles of far parts do not cross where walls are thinner than a cell. The whole mesh is
+//! gone through again and again: 6 µs of processor time a triangle.
 //!
 //! Sources: grid snapping is that of Raman & Wenger 2008 (SnapMC); contracting, flipping and
 //! sliding in turn is the remeshing of Botsch & Kobbelt 2004, section 4, with the grid's spacing in

@@ -160,9 +160,11 @@ fn least_about(sheets: &Sheets, stars: &Stars, vertex: u32, place: DVec3) -> f64
     angles.fold(60.0, f64::min)
 }
 
-/// Whether `vertex` stays in the box and on its sheet, and no triangle about it turns over, if it goes to `place`.
+/// Whether `vertex` stays in the box and on its sheet, and no triangle about it turns over, if it goes
+/// to `place`.
 ///
-/// The other side of a wall, and the zero next to a jump of the field, have the solid on the other side.
+/// The other side of a wall, and the zero next to a jump of the field, have the solid on the other
+/// side.
 pub(super) fn keeps_sides(sheets: &Sheets, stars: &Stars, vertex: u32, place: Place) -> bool {
     let Place { at: to, is_there, out } = place;
     let is_own_sheet = || {
