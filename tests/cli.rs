@@ -349,6 +349,19 @@ fn statistics_are_json() {
     assert!(value["total_seconds"].as_f64().unwrap() > 0.0);
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn a_pipe_may_have_the_name_of_standard_output() {
+    let folder = tempfile::tempdir().unwrap();
+    let [named, plain] = ["/dev/stdout", "-"].map(|output| {
+        let made = cesogen(folder.path(), &["-q", "-s", "0.5", "-o", output, "box"]);
+        assert!(made.status.success(), "{output}: {}", stderr(&made));
+        made.stdout
+    });
+    assert!(named == plain && !plain.is_empty());
+    assert!(names(folder.path()).is_empty());
+}
+
 #[test]
 fn statistics_take_no_other_files_place() {
     let folder = tempfile::tempdir().unwrap();

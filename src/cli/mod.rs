@@ -29,7 +29,9 @@ use crate::lang;
 use args::{Alveole, Cesogen, Command, Programmed, Study};
 use clap::{CommandFactory, FromArgMatches};
 use report::Trouble;
+use std::any::Any;
 use std::ffi::OsString;
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::process::ExitCode;
 
 /// Runs `alveole` with `arguments`, the first of which is the program's name.
@@ -44,8 +46,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
                 .mut_subcommand("hierarchy", |steps| steps.after_long_help(list::summary()))
         })
         .mut_subcommand("serve", |serve| serve.after_long_help(serve::PROTOCOL));
-    conclude(
-        "alveole",
+    conclude("alveole", || {
         parse(&described, arguments).and_then(|Alveole { command }| {
             interrupt::install();
             match command {
@@ -64,20 +65,19 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
                 Command::Serve(arguments) => serve::run(&arguments),
                 Command::Completions { shell } => list::completions(shell, &mut Alveole::command()),
             }
-        }),
-    )
+        })
+    })
 }
 
 /// Runs `cesogen` with `arguments`, the first of which is the program's name.
 pub fn run_cesogen(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     let described = Cesogen::command().after_long_help(list::summary());
-    conclude(
-        "cesogen",
+    conclude("cesogen", || {
         parse(&described, arguments).and_then(|Cesogen { mesh }| {
             interrupt::install();
             mesh::run("cesogen", &mesh)
-        }),
-    )
+        })
+    })
 }
 
 /// Reads `arguments` as `command` describes them.
@@ -117,9 +117,33 @@ fn options_of(word: &str) -> Result<Option<Vec<OsString>>, Trouble> {
     Ok(begins.then(|| text.words.into_iter().map(|token| token.text.into()).collect()))
 }
 
-fn conclude(name: &str, result: Result<(), Trouble>) -> ExitCode {
-    match result {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(trouble) => report::trouble(name, &trouble),
+/// Does the work and says what became of it.
+///
+/// Where memory runs out an allocation ends the process with exit code 1; but the code generator panics
+/// with words of its own in some places.
+fn conclude(name: &str, work: impl FnOnce() -> Result<(), Trouble>) -> ExitCode {
+    match catch_unwind(AssertUnwindSafe(work)) {
+        Ok(Ok(())) => ExitCode::SUCCESS,
+        Ok(Err(trouble)) => report::trouble(name, &trouble),
+        Err(panic) if is_shortage(&*panic) => ExitCode::FAILURE,
+        Err(panic) => resume_unwind(panic),
+    }
+}
+
+/// Whether a panic says that memory has run out.
+fn is_shortage(panic: &(dyn Any + Send)) -> bool {
+    panic.downcast_ref::<String>().is_some_and(|text| text.contains("out-of-memory"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn memory_that_runs_out_in_a_library_is_a_failure_and_no_defect() {
+        let panics = |text: &str| conclude("alveole", || std::panic::panic_any(text.to_owned()));
+        let text = "unhandled out-of-memory error: out of memory (failed to allocate 1025 bytes)";
+        assert_eq!(panics(text), ExitCode::FAILURE);
+        assert!(catch_unwind(|| panics("no such index")).is_err());
     }
 }

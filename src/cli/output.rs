@@ -261,6 +261,10 @@ fn resolve(path: &Path) -> io::Result<PathBuf> {
     /// As many links as common systems follow.
     const MOST_LINKS: usize = 40;
     let mut path = path.to_owned();
+    // The link of an open pipe, as `/dev/stdout` may be, leads to no name; the system follows it.
+    if fs::metadata(&path).is_ok_and(|data| !data.is_file() && !data.is_dir()) {
+        return Ok(path);
+    }
     for _ in 0..MOST_LINKS {
         match fs::read_link(&path) {
             Ok(next) => {
