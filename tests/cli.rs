@@ -368,9 +368,12 @@ fn statistics_take_no_other_files_place() {
     let made = cesogen(folder.path(), &["-q", "-s", "0.5", "-o", "in.ply", "box"]);
     assert!(made.status.success(), "{}", stderr(&made));
     let before = fs::read(folder.path().join("in.ply")).unwrap();
+    fs::write(folder.path().join("words.txt"), "in.ply").unwrap();
     for arguments in [
         &["-s", "0.5", "-o", "out.ply", "--stats", "./out.ply", "box"][..],
         &["-s", "0.5", "-o", "out.ply", "--stats", "./in.ply", "in.ply"],
+        &["-s", "0.5", "-o", "out.ply", "--stats", "in.ply", "@words.txt"],
+        &["-s", "0.5", "-o", "out.ply", "--stats", "words.txt", "@words.txt"],
         &["-s", "0.5", "-o", "-", "--stats", "-", "box"],
     ] {
         let output = cesogen(folder.path(), arguments);
@@ -378,7 +381,10 @@ fn statistics_take_no_other_files_place() {
         assert!(stderr(&output).contains("name another"), "{}", stderr(&output));
     }
     assert_eq!(fs::read(folder.path().join("in.ply")).unwrap(), before);
-    assert!(!folder.path().join("out.ply").exists());
+    assert_eq!(names(folder.path()), ["in.ply", "words.txt"]);
+    let options = ["slice", "-s", "0.5", "--at", "0", "-o", "a.svg", "--stats", "a.svg", "box"];
+    let output = run(ALVEOLE, folder.path(), &options);
+    assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
 }
 
 #[test]

@@ -94,9 +94,9 @@ fn forget(reply: &mut Value) {
     }
 }
 
-/// Sends the same `count` random requests `passes` times: what they are answered must not depend on what was
-/// asked before, and memory not grow from one pass to the next. That of two different thousands of
-/// requests does, with the largest of them.
+/// Sends the same `count` random requests `passes` times: what they are answered must not depend on
+/// what was asked before, and memory not grow from one pass to the next, some MiB of the allocator's
+/// apart. After two different thousands of requests it differs, with the largest of them.
 fn soak(count: usize, passes: usize) {
     let (mut server, folder) = (Server::start(), Folder::new());
     let (mut kinds, mut answers) = (BTreeMap::<String, usize>::new(), Vec::new());

@@ -13,7 +13,7 @@ use std::time::Instant;
 pub(super) fn run(name: &str, arguments: &MeasureArguments) -> Result<(), Trouble> {
     let start = Instant::now();
     let MeasureArguments { json, gradient, field, structure, overhang, work: common } = arguments;
-    let work::Work { job, settings } = work::prepare(name, common)?;
+    let work::Work { job, settings } = work::prepare(name, common, &[])?;
     let needed = if *structure { None } else { Some("--structure") };
     let overhang = work::read_overhang(overhang, needed, &job)?;
     let progress = Progress::new();

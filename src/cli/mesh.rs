@@ -20,8 +20,7 @@ pub(super) fn run(name: &str, arguments: &MeshArguments) -> Result<(), Trouble> 
     let MeshArguments { output, precision, report: wanted, overhang, snap, work: common } =
         arguments;
     let format = format(output)?;
-    work::keep_stats_apart(common, Some(output))?;
-    let work::Work { job, settings } = work::prepare(name, common)?;
+    let work::Work { job, settings } = work::prepare(name, common, &[output])?;
     let slivers = if *snap { Slivers::Removed } else { Slivers::Kept };
     let settings = Settings { slivers, ..settings };
     let needed = if *wanted { None } else { Some("--report") };

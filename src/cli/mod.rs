@@ -119,13 +119,18 @@ fn options_of(word: &str) -> Result<Option<Vec<OsString>>, Trouble> {
 
 /// Does the work and says what became of it.
 ///
-/// Where memory runs out an allocation ends the process with exit code 1; but the code generator panics
-/// with words of its own in some places.
+/// An allocation that fails ends the process with exit code 1 and a message; that the code generator
+/// makes a panic of some is no reason to end otherwise.
 fn conclude(name: &str, work: impl FnOnce() -> Result<(), Trouble>) -> ExitCode {
     match catch_unwind(AssertUnwindSafe(work)) {
         Ok(Ok(())) => ExitCode::SUCCESS,
         Ok(Err(trouble)) => report::trouble(name, &trouble),
-        Err(panic) if is_shortage(&*panic) => ExitCode::FAILURE,
+        Err(panic) if is_shortage(&*panic) => {
+            report::say(&format!(
+                "{name}: memory ran out; allow for more, or give a larger spacing or smaller bounds"
+            ));
+            ExitCode::FAILURE
+        }
         Err(panic) => resume_unwind(panic),
     }
 }

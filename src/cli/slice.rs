@@ -29,7 +29,7 @@ pub(super) fn run(name: &str, arguments: &SliceArguments) -> Result<(), Trouble>
     if *json && output == Path::new("-") {
         return Err(work::wrong("-o", "-", ValueFault::Taken));
     }
-    let work::Work { job, settings } = work::prepare(name, common)?;
+    let work::Work { job, settings } = work::prepare(name, common, &[output])?;
     let axis = match axis {
         AxisArgument::X => Axis::X,
         AxisArgument::Y => Axis::Y,

@@ -26,7 +26,7 @@ const LEGEND: &str = "errors: L2 and maximum of the program's field at vertices 
 pub(super) fn round_trips(name: &str, arguments: &RoundtripArguments) -> Result<(), Trouble> {
     let start = Instant::now();
     let RoundtripArguments { times, shift, plot, passage: wanted, work: common } = arguments;
-    let work::Work { job, settings } = work::prepare(name, common)?;
+    let work::Work { job, settings } = work::prepare(name, common, plot.as_deref().as_slice())?;
     // Before the work, so that it is not lost for want of a folder.
     let plot = plot.as_deref().map(open_plot).transpose()?;
     let scratch = Scratch::new()?;
@@ -56,8 +56,8 @@ pub(super) fn hierarchy(name: &str, arguments: &HierarchyArguments) -> Result<()
     let hierarchy = Hierarchy::new(&common.program, &parameters)?;
     if let Some(job) = hierarchy.whole() {
         work::remark(name, common, job);
+        work::probe_stats(common, job.files(), &[])?;
     }
-    work::probe_stats(common)?;
     let scratch = Scratch::new()?;
     let passage = passage(wanted, &scratch)?;
     let progress = Progress::new();

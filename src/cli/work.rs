@@ -21,43 +21,38 @@ pub(super) struct Work {
     pub(super) settings: Settings,
 }
 
-/// Reads the options and the program, and says what is to be said about its meshes.
-pub(super) fn prepare(name: &str, arguments: &WorkArguments) -> Result<Work, Trouble> {
+/// Reads the options and the program, and says what is to be said about its meshes; `outputs` are the
+/// files that the command writes besides the statistics.
+pub(super) fn prepare(
+    name: &str,
+    arguments: &WorkArguments,
+    outputs: &[&Path],
+) -> Result<Work, Trouble> {
     let (settings, defined) = read_options(arguments)?;
     let job = Job::with_parameters(&arguments.program, &defined)?;
     remark(name, arguments, &job);
-    keep_stats_apart(arguments, None)?;
-    probe_stats(arguments)?;
+    probe_stats(arguments, job.files(), outputs)?;
     Ok(Work { job, settings })
 }
 
-/// Tries whether the file of statistics can be written, so that the work is not lost for want of it.
-pub(super) fn probe_stats(arguments: &WorkArguments) -> Result<(), Trouble> {
-    Ok(arguments.stats.as_deref().map_or(Ok(()), Output::probe)?)
-}
-
-/// Sees to it that the statistics have a file of their own, neither `output` nor one that the program
-/// names.
-///
-/// # Errors
-/// [`Trouble::Value`] if not.
-pub(super) fn keep_stats_apart(
+/// Tries whether the statistics can be written, so that the work is not lost for want of it, to a
+/// file that is neither among `inputs` nor among `outputs`.
+pub(super) fn probe_stats(
     arguments: &WorkArguments,
-    output: Option<&Path>,
+    inputs: &[String],
+    outputs: &[&Path],
 ) -> Result<(), Trouble> {
     let Some(stats) = arguments.stats.as_deref() else { return Ok(()) };
-    let is_same = |other: &Path| {
-        // A file that is not there yet has no canonical name.
-        let name = |path: &Path| path.canonicalize().or_else(|_| std::path::absolute(path)).ok();
-        stats == other || name(stats).is_some_and(|stats| Some(stats) == name(other))
-    };
+    // A file that is not there yet has no canonical name.
+    let whole = |path: &Path| path.canonicalize().or_else(|_| std::path::absolute(path)).ok();
+    let is_stats =
+        |other: &Path| stats == other || whole(stats).is_some_and(|s| Some(s) == whole(other));
     let is_device = stats.metadata().is_ok_and(|data| !data.is_file());
-    let words = arguments.program.iter().map(Path::new);
-    if !is_device && words.chain(output).any(is_same) {
-        let text = stats.display().to_string();
-        return Err(Trouble::Value { option: "--stats", text, fault: ValueFault::InUse });
+    let mut others = inputs.iter().map(Path::new).chain(outputs.iter().copied());
+    if !is_device && others.any(is_stats) {
+        return Err(wrong("--stats", &stats.display().to_string(), ValueFault::InUse));
     }
-    Ok(())
+    Ok(Output::probe(stats)?)
 }
 
 /// Reads the options: how to contour, and the parameters.

@@ -175,6 +175,17 @@ impl Grid {
         self.lines.each_ref().map(|line| line.sampled.clone())
     }
 
+    /// The box that the grid fills.
+    #[must_use]
+    pub fn bounds(&self) -> Aabb {
+        let end = |pick: fn(&[f64]) -> Option<&f64>| {
+            DVec3::from_array(
+                Axis::ALL.map(|axis| pick(self.placed(axis)).copied().unwrap_or_default()),
+            )
+        };
+        Aabb::new(end(<[f64]>::first), end(<[f64]>::last))
+    }
+
     /// Largest magnitude of a coordinate.
     #[must_use]
     pub fn extent(&self) -> f64 {

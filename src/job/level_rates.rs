@@ -66,6 +66,7 @@ impl LevelRates {
             }
         };
         let (_, present) = volumes(field.values.clone())?;
+        let far = job.far(field.grid.bounds(), &field.values)?;
         let mut matrix = Vec::new();
         for fraction in fractions {
             let with = |level: f64| {
@@ -73,7 +74,6 @@ impl LevelRates {
                 values[fraction.level.index()] = level;
                 values
             };
-            let far = job.far_in(fraction, field.grid, &field.values)?;
             let (empty, empty_by) = volumes(with(-far))?;
             let (full, full_by) = volumes(with(far))?;
             let mut graph = job.graph.clone();

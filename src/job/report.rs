@@ -2,7 +2,7 @@
 
 use super::{Density, MeshNote};
 use crate::contour::{self, Grid};
-use crate::geom::Axis;
+use crate::geom::Aabb;
 use crate::measure::walls::Walls;
 use crate::mesh::slivers::Removal;
 use std::time::Duration;
@@ -41,12 +41,10 @@ impl Report {
         compile: Duration,
         bind: Duration,
     ) -> Self {
-        let end = |pick: fn(&[f64]) -> Option<&f64>| {
-            Axis::ALL.map(|axis| pick(grid.placed(axis)).copied().unwrap_or_default())
-        };
+        let Aabb { lo, hi } = grid.bounds();
         Self {
             cells: grid.cells(),
-            bounds: [end(<[f64]>::first), end(<[f64]>::last)],
+            bounds: [lo, hi].map(|end| end.to_array()),
             contour,
             parse_seconds: parse.as_secs_f64(),
             compile_seconds: compile.as_secs_f64(),

@@ -4,7 +4,6 @@ use super::{Error, Job, Report, Settings};
 use crate::contour::{self, Grid};
 use crate::eval::interpret;
 use crate::expr::{Graph, NodeId, depends, derive};
-use crate::geom::{Aabb, Axis};
 use crate::mesh::sink::Collect;
 use crate::mesh::{Mesh, Sink, slivers};
 use crate::num::Progress;
@@ -85,11 +84,7 @@ fn evaluate(
 
 /// The box of `grid` and the least of its spacings.
 fn cut(grid: &Grid) -> slivers::Cut {
-    let lines = Axis::ALL.map(|axis| grid.placed(axis));
-    let end = |pick: fn(&[f64]) -> Option<&f64>| {
-        DVec3::from_array(lines.map(|line| pick(line).copied().unwrap_or_default()))
-    };
-    let bounds = Aabb::new(end(<[f64]>::first), end(<[f64]>::last));
+    let bounds = grid.bounds();
     // Not the least gap: the last cell of an axis may be a quarter of the others.
     let steps = bounds.size() / DVec3::from_array(grid.cells().map(|cells| cells as f64));
     slivers::Cut { bounds, spacing: steps.min_element() }

@@ -3,7 +3,7 @@
 use super::super::output::OutputError;
 use super::super::report::{Trouble, picture};
 use crate::contour::{self, Grid};
-use crate::geom::Axis;
+use crate::geom::Aabb;
 use crate::job::{self, Report, Structure};
 use crate::lang::{Diagnostic, Sources};
 use crate::mesh::io::{Format, Precision};
@@ -67,11 +67,9 @@ pub(super) struct Made {
 impl Made {
     /// Nothing yet, on `grid`.
     pub(super) fn on(grid: &Grid) -> Self {
-        let end = |pick: fn(&[f64]) -> Option<&f64>| {
-            Axis::ALL.map(|axis| pick(grid.placed(axis)).copied().unwrap_or_default())
-        };
+        let Aabb { lo, hi } = grid.bounds();
         Self {
-            bounds: [end(<[f64]>::first), end(<[f64]>::last)],
+            bounds: [lo, hi].map(|end| end.to_array()),
             cells: grid.cells(),
             measures: None,
             gradient: None,

@@ -10,11 +10,12 @@
 //! * **Points.** The box is divided into cells, of which each lies in the part by a share that is found
 //!   with the part's field and its slopes in the eighths of those that faces pass through ([`part`]).
 //!   The values of the lattice's field at one point a cell, weighted by that, are sorted; the level is
-//!   their r-quantile. Where the program asks oracles and no quadrature follows, the cells that the level's
-//!   surface may pass through get 8 to 216 points ([`shares`]), and twice the standard deviation of the share is
-//!   stated as its error: 6e-5 for three to eight cells across a part, 1e-4 for twenty, and 1e-3
-//!   where an expression is so long that one point a cell has to do. Levels of densities that
-//!   vary in space take their curves from the same values, and their r from the mean over the part.
+//!   their r-quantile. Where the program asks oracles and no quadrature follows, the cells that the
+//!   level's surface may pass through get 8 to 216 points ([`shares`]), and twice the standard
+//!   deviation of the share is stated as its error: 6e-5 for three to eight cells across a part, 1e-4
+//!   for twenty, and 1e-3 where an expression is so long that one point a cell has to do. Levels of
+//!   densities that vary in space take their curves from the same values, and their r from the mean
+//!   over the part.
 //! * **Quadrature.** Without oracles the level is improved by Newton's method, V and dV/dt being the
 //!   quadrature of the field ([`quadrature`](crate::measure::quadrature)) on a grid that is refined until the
 //!   fraction stays.
@@ -31,7 +32,7 @@ use crate::contour::{self, Grid};
 use crate::eval::interpret;
 use crate::expr::depends::reachable;
 use crate::expr::{Failure, Graph, NodeId, ParameterId};
-use crate::geom::{Aabb, Axis};
+use crate::geom::Aabb;
 use crate::num::Progress;
 use crate::solid::density::coefficients;
 use crate::solid::motions::replace;
@@ -52,7 +53,7 @@ const NO_PART: &str = "raising its level adds nothing to the whole. A skin may f
     alone, as `shell` and `thickness` do: ask for the share that remains";
 
 /// Cells in which that value is looked for, and the most that is made of it.
-const PROBES: usize = 4096;
+const PROBES: usize = 512;
 const FARTHEST: f64 = 1e300;
 
 /// Fractions on two successive grids may differ by this.
@@ -125,7 +126,7 @@ impl Job {
             return Ok((values, Vec::new()));
         }
         let named = values[..self.parameters().len()].to_vec();
-        let (bounds, finest) = (box_of(grid), super::longest_edge(grid));
+        let (bounds, finest) = (grid.bounds(), super::longest_edge(grid));
         let asked = (named, bounds, finest);
         let kept = || self.levels.0.lock().unwrap_or_else(PoisonError::into_inner);
         let previous = kept().clone();
@@ -133,20 +134,13 @@ impl Job {
             return Ok((found.values.clone(), found.densities.clone()));
         }
         let start = previous.map(|found| found.values[asked.0.len()..].to_vec());
-        let mut search = Search { job: self, settings, progress, values };
+        let far = self.far(bounds, &values)?;
+        let mut search = Search { job: self, settings, progress, values, far };
         let densities = search.run(bounds, finest, start)?;
         let values = search.values;
         *kept() = Some(Levels { asked, values: values.clone(), densities: densities.clone() });
         Ok((values, densities))
     }
-}
-
-/// The box that `grid` fills.
-pub(super) fn box_of(grid: &Grid) -> Aabb {
-    let end = |pick: fn(&[f64]) -> Option<&f64>| {
-        DVec3::from_array(Axis::ALL.map(|axis| pick(grid.placed(axis)).copied().unwrap_or(0.0)))
-    };
-    Aabb::new(end(<[f64]>::first), end(<[f64]>::last))
 }
 
 /// The search for the levels of one solid.
@@ -156,6 +150,8 @@ struct Search<'a> {
     progress: &'a Progress,
     /// The values of all parameters so far.
     values: Vec<f64>,
+    /// A level that leaves everything in.
+    far: f64,
 }
 
 /// What is known of one fraction at the points.
@@ -220,7 +216,6 @@ impl Search<'_> {
     /// Finds the level, and the curve, of `fraction` from its values in `cells`.
     fn by_points(&mut self, fraction: &Fraction, cells: Cells) -> Result<Seen, Error> {
         let Fraction { level, family, target, curve, .. } = *fraction;
-        let failed = |failure| Error::Contour(contour::Error::Failure(failure));
         let graph = &self.job.graph;
         let part = self.part(fraction, cells).map_err(failed)?;
         let at = part.scattered();
@@ -291,9 +286,8 @@ impl Search<'_> {
     /// The part that the lattice of `fraction` is put in.
     fn part(&self, fraction: &Fraction, cells: Cells) -> Result<Part, Failure> {
         let mut graph = self.job.graph.clone();
-        let far = self.job.far(fraction, &cells, &self.values)?;
         // Without the lattice little is left to evaluate.
-        let [empty, full] = [far, -far].map(|value| {
+        let [empty, full] = [self.far, -self.far].map(|value| {
             let far = graph.constant(value);
             replace(&mut graph, self.job.solid.field, fraction.field, far)
         });
@@ -350,8 +344,7 @@ impl Search<'_> {
         grid: &Grid,
     ) -> Result<(Density, f64), Error> {
         let slot = fraction.level;
-        let far = self.job.far_in(fraction, grid, &self.values)?;
-        let [low, high] = [-far, far].map(|far| self.with(slot, far));
+        let [low, high] = [-self.far, self.far].map(|far| self.with(slot, far));
         let [empty, _] = self.volume(low, &[], grid)?;
         let [full, _] = self.volume(high, &[], grid)?;
         let part = full - empty;
@@ -423,35 +416,28 @@ impl Job {
         (graph, outputs): (&Graph, &[NodeId]),
         (settings, progress): (&Settings, &Progress),
     ) -> Result<Vec<f64>, Error> {
-        let search = Search { job: self, settings, progress, values: values.to_vec() };
+        let (bounds, values) = (grid.bounds(), values.to_vec());
+        let far = self.far(bounds, &values)?;
+        let search = Search { job: self, settings, progress, values, far };
         let means = || {
-            let part = search.part(fraction, self.cells(box_of(grid)))?;
-            let found = values_at(graph, &part.scattered(), outputs, values)?;
+            let part = search.part(fraction, self.cells(bounds))?;
+            let found = values_at(graph, &part.scattered(), outputs, &search.values)?;
             Ok(found.iter().map(|values| part.mean(values).unwrap_or(f64::NAN)).collect())
         };
-        means().map_err(|failure| Error::Contour(contour::Error::Failure(failure)))
+        means().map_err(failed)
     }
 
-    /// A level of `fraction` in the box of `grid` that leaves everything in; minus it leaves nothing in.
+    /// A level that leaves everything in of every lattice in `bounds`; minus it leaves nothing in.
     ///
     /// # Errors
-    /// [`Error::Contour`] if its field can't be evaluated.
-    pub(super) fn far_in(
-        &self,
-        fraction: &Fraction,
-        grid: &Grid,
-        values: &[f64],
-    ) -> Result<f64, Error> {
-        let cells = Cells::new(box_of(grid), PROBES);
-        let far = self.far(fraction, &cells, values);
-        far.map_err(|failure| Error::Contour(contour::Error::Failure(failure)))
-    }
-
-    /// The same in the box of `cells`.
-    fn far(&self, fraction: &Fraction, cells: &Cells, values: &[f64]) -> Result<f64, Failure> {
-        let found = values_at(&self.graph, &cells.probes(PROBES), &[fraction.family], values)?;
-        let largest = found.iter().flatten().map(|value| value.abs()).filter(|v| v.is_finite());
-        Ok((FAR * largest.fold(1.0, f64::max)).min(FARTHEST))
+    /// [`Error::Contour`] if a lattice can't be evaluated.
+    pub(super) fn far(&self, bounds: Aabb, values: &[f64]) -> Result<f64, Error> {
+        let families: Vec<NodeId> = self.solid.fractions.iter().map(|f| f.family).collect();
+        let probes = Cells::new(bounds, PROBES).scattered();
+        let found = values_at(&self.graph, &probes, &families, values).map_err(failed)?;
+        let sizes = found.iter().flatten().map(|value| value.abs());
+        let largest = sizes.filter(|size| size.is_finite()).fold(1.0, f64::max);
+        Ok((FAR * largest).min(FARTHEST))
     }
 
     /// The cells in which the part that a lattice is put in is looked at.
@@ -467,6 +453,11 @@ impl Job {
         let message = format!("the density{share} can't be had: {cause}");
         Error::density(message, fraction.span, &self.sources)
     }
+}
+
+/// The error of an oracle that fails.
+fn failed(failure: Failure) -> Error {
+    Error::Contour(contour::Error::Failure(failure))
 }
 
 /// The least and the greatest of the densities `values` at points, widened by [`MARGIN`] and kept apart:

@@ -71,10 +71,9 @@ impl Cells {
         lists
     }
 
-    /// About `count` points, or one in each cell, spread over the box.
-    pub fn probes(&self, count: usize) -> Points {
-        let step = (self.count() / count).max(1);
-        self.points((0..self.count()).step_by(step).zip(scattered(0)))
+    /// A point in each cell.
+    pub fn scattered(&self) -> Points {
+        self.points((0..self.count()).zip(scattered(0)))
     }
 
     /// The cell and those that touch it.
@@ -149,9 +148,13 @@ pub(super) struct Part {
     pub weights: Vec<f64>,
     /// The cells in the part and those that touch them, rising.
     pub near: Vec<usize>,
-    /// The eighths of cells that the part's faces may pass through, by cell, rising.
-    eighths: Vec<(usize, [Plane; 8])>,
+    /// The cells that the part's faces may pass through, rising.
+    cut: Vec<(usize, Eighths)>,
 }
+
+/// The part's field in the eighths of a cell, of which the lower ones along x are even.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Eighths([Plane; 8]);
 
 /// The part's field in an eighth of a cell, as if it were linear: negative inside.
 #[derive(Clone, Copy, Debug)]
@@ -184,8 +187,8 @@ impl Plane {
 }
 
 impl Part {
-    /// The part in which a solid changes between two fields: one with nothing of a lattice left in, and one with
-    /// everything.
+    /// The part in which a solid changes between two fields: one with nothing of a lattice left in, and
+    /// one with everything.
     ///
     /// # Errors
     /// [`Failure`] of an oracle.
@@ -195,7 +198,7 @@ impl Part {
         parameters: &[f64],
         cells: Cells,
     ) -> Result<Self, Failure> {
-        let mut ends = Ends { graph, empty, full, parameters, has_core: true };
+        let mut ends = Ends { graph, full, empty: Some(empty), parameters };
         let (values, mut open) = ends.middles(&cells)?;
         // Faces may also pass between the middle of a cell and the box's side.
         let is_edge = |&cell: &usize| {
@@ -206,13 +209,13 @@ impl Part {
         open.retain(is_edge);
         let mut weights: Vec<f64> =
             values.iter().map(|value| f64::from(u8::from(*value < 0.0))).collect();
-        let eighths = ends.eighths(&cells, &open)?;
-        for (cell, planes) in &eighths {
+        let cut = ends.cut(&cells, &open)?;
+        for (cell, Eighths(planes)) in &cut {
             weights[*cell] = planes.iter().map(Plane::share).sum::<f64>() / 8.0;
         }
         let is_near = |&cell: &usize| cells.around(cell).any(|other| weights[other] > 0.0);
         let near = (0..cells.count()).into_par_iter().filter(is_near).collect();
-        Ok(Self { cells, weights, near, eighths })
+        Ok(Self { cells, weights, near, cut })
     }
 
     /// A point in each of the cells near the part.
@@ -234,32 +237,30 @@ impl Part {
         (whole > 0.0).then(|| sum / whole)
     }
 
-    /// Whether faces of the part pass through a cell.
-    pub fn is_cut(&self, cell: usize) -> bool {
-        (0.0..1.0).contains(&self.weights[cell])
-    }
-
-    /// Whether the point of a cell of the part at these shares of its sides is in the part.
-    pub fn has(&self, cell: usize, share: DVec3) -> bool {
-        match self.eighths.binary_search_by_key(&cell, |(cell, _)| *cell) {
-            Ok(found) => {
-                let upper = share.to_array().map(|share| usize::from(share >= 0.5));
-                let k = upper[0] | upper[1] << 1 | upper[2] << 2;
-                let Plane { value, rise } = self.eighths[found].1[k];
-                value + 2.0 * rise.dot(share - middle(k)) < 0.0
-            }
-            Err(_) => true,
-        }
+    /// The eighths of a cell that faces of the part may pass through.
+    pub fn eighths(&self, cell: usize) -> Option<&Eighths> {
+        let found = self.cut.binary_search_by_key(&cell, |(cell, _)| *cell).ok()?;
+        Some(&self.cut[found].1)
     }
 }
 
-/// Where in a cell the middle of its eighth `k` is, the lower one along x being even.
+impl Eighths {
+    /// Whether the point of the cell at these shares of its sides is in the part.
+    pub fn has(&self, share: DVec3) -> bool {
+        let upper = share.to_array().map(|share| usize::from(share >= 0.5));
+        let k = upper[0] | upper[1] << 1 | upper[2] << 2;
+        let Plane { value, rise } = self.0[k];
+        value + 2.0 * rise.dot(share - middle(k)) < 0.0
+    }
+}
+
+/// Where in a cell the middle of its eighth `k` is.
 fn middle(k: usize) -> DVec3 {
     DVec3::from_array([k & 1, k >> 1 & 1, k >> 2].map(|upper| 0.25 + 0.5 * upper as f64))
 }
 
-/// Tangent planes in the middles of eighths, moved to the mean of the field over each: 1/24 of the sum of its
-/// second differences along the axes above the value in the middle.
+/// Tangent planes in the middles of eighths, moved to the mean of the field over each: 1/24 of the
+/// sum of its second differences along the axes above the value in the middle.
 fn bent(planes: [Plane; 8]) -> [Plane; 8] {
     std::array::from_fn(|k| {
         let Plane { value, rise } = planes[k];
@@ -277,35 +278,39 @@ fn bent(planes: [Plane; 8]) -> [Plane; 8] {
 /// The solid at both ends of a level.
 struct Ends<'a> {
     graph: Graph,
-    /// Its fields with nothing of the lattice left in, and with everything.
-    empty: NodeId,
+    /// Its field with everything of the lattice left in.
     full: NodeId,
+    /// Its field with nothing left in, if anything of the solid may be left then.
+    empty: Option<NodeId>,
     parameters: &'a [f64],
-    /// Whether anything may be left where nothing is left in.
-    has_core: bool,
 }
 
 impl Ends<'_> {
-    /// The part's field in the middle of each cell, infinite where a whole block of cells is on one side, and the
-    /// cells of all other blocks.
+    /// The part's field in the middle of each cell, infinite where a whole block of cells is on one
+    /// side, and the cells of all other blocks. Finds out whether anything may be left.
     fn middles(&mut self, cells: &Cells) -> Result<(Vec<f64>, Vec<usize>), Failure> {
         let blocks = cells.blocks();
         let sides: Vec<_> = blocks.iter().map(|block| cells.sides_of(block)).collect();
-        let [empty, full] = [self.empty, self.full].map(|field| self.ranges(field, &sides));
+        let full = self.ranges(self.full, &sides)?;
+        let empty = match self.empty {
+            Some(empty) => self.ranges(empty, &sides)?,
+            None => vec![Interval::point(f64::INFINITY); sides.len()],
+        };
         let mut values = vec![f64::INFINITY; cells.count()];
         let mut open = Vec::new();
-        self.has_core = false;
-        for (block, (empty, full)) in blocks.iter().zip(empty?.into_iter().zip(full?)) {
+        let mut has_core = false;
+        for (block, (empty, full)) in blocks.iter().zip(empty.into_iter().zip(full)) {
             let is_in = full.is_inside() && empty.is_outside() && !empty.nan;
             if is_in {
                 cells.cells_of(block).into_iter().for_each(|cell| values[cell] = -f64::INFINITY);
             } else if !full.is_outside() && !empty.is_inside() {
                 open.extend(cells.cells_of(block));
-                self.has_core |= empty.nan || full.nan || -empty.lo > full.lo;
+                has_core |= empty.nan || full.nan || -empty.lo > full.lo;
             }
         }
+        self.empty = self.empty.filter(|_| has_core);
         let at = cells.points(open.iter().map(|&cell| (cell, DVec3::splat(0.5))));
-        let found = self.at(&at, [self.empty], [self.full])?;
+        let found = self.at(&at, [self.full], self.empty.map(|empty| [empty]))?;
         for (&cell, [value]) in open.iter().zip(&found) {
             values[cell] = *value;
         }
@@ -326,22 +331,19 @@ impl Ends<'_> {
         Ok(found.concat())
     }
 
-    /// The eighths of those of `edges`, rising, that faces may pass through.
-    fn eighths(
-        &mut self,
-        cells: &Cells,
-        edges: &[usize],
-    ) -> Result<Vec<(usize, [Plane; 8])>, Failure> {
-        let [empty, full] = [self.empty, self.full].map(|field| {
+    /// Those of `edges`, rising, that faces may pass through.
+    fn cut(&mut self, cells: &Cells, edges: &[usize]) -> Result<Vec<(usize, Eighths)>, Failure> {
+        let mut with_slopes = |field: NodeId| {
             let [x, y, z] = derive::gradient(&mut self.graph, field);
             [field, x, y, z]
-        });
+        };
+        let (full, empty) = (with_slopes(self.full), self.empty.map(with_slopes));
         let planes = |at: &Points| -> Result<Vec<Plane>, Failure> {
             let plane = |[value, slope @ ..]: [f64; 4]| Plane {
                 value,
                 rise: DVec3::from_array(slope) * cells.size,
             };
-            Ok(self.at(at, empty, full)?.into_iter().map(plane).collect())
+            Ok(self.at(at, full, empty)?.into_iter().map(plane).collect())
         };
         let centre = DVec3::splat(0.5);
         let middles = planes(&cells.points(edges.iter().map(|&cell| (cell, centre))))?;
@@ -354,8 +356,9 @@ impl Ends<'_> {
         let places = cut.iter().flat_map(|&cell| (0..8).map(move |k| (cell, middle(k))));
         let mut found = planes(&cells.points(places))?;
         found.iter_mut().for_each(|plane| plane.rise *= 0.5);
-        let of_cell =
-            |(&cell, planes): (&usize, &[Plane])| (cell, bent(std::array::from_fn(|k| planes[k])));
+        let of_cell = |(&cell, planes): (&usize, &[Plane])| {
+            (cell, Eighths(bent(std::array::from_fn(|k| planes[k]))))
+        };
         Ok(cut.iter().zip(found.chunks_exact(8)).map(of_cell).collect())
     }
 
@@ -364,8 +367,8 @@ impl Ends<'_> {
     fn at<const N: usize>(
         &self,
         at: &Points,
-        empty: [NodeId; N],
         full: [NodeId; N],
+        empty: Option<[NodeId; N]>,
     ) -> Result<Vec<[f64; N]>, Failure> {
         let values = |outputs: [NodeId; N]| -> Result<Vec<[f64; N]>, Failure> {
             let lists = values_at(&self.graph, at, &outputs, self.parameters)?;
@@ -373,15 +376,14 @@ impl Ends<'_> {
             Ok((0..at[0].len()).map(one).collect())
         };
         let mut found = values(full)?;
-        if self.has_core {
-            for (full, empty) in found.iter_mut().zip(values(empty)?) {
-                let complement = empty.map(|value| -value);
-                // Where one of the two is NaN the point is not in the part.
-                if full[0].is_nan() || complement[0].is_nan() {
-                    *full = [f64::INFINITY; N];
-                } else if complement[0] > full[0] {
-                    *full = complement;
-                }
+        let Some(empty) = empty else { return Ok(found) };
+        for (full, empty) in found.iter_mut().zip(values(empty)?) {
+            let complement = empty.map(|value| -value);
+            // Where one of the two is NaN the point is not in the part.
+            if full[0].is_nan() || complement[0].is_nan() {
+                *full = [f64::INFINITY; N];
+            } else if complement[0] > full[0] {
+                *full = complement;
             }
         }
         Ok(found)

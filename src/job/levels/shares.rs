@@ -16,17 +16,16 @@ const FINEST: usize = 6;
 const MOST: usize = 1 << 25;
 const WORK: usize = 1 << 30;
 
-/// How many times its error the share is looked for on both sides of the first one, at first and at last.
+/// How many times its error the share is looked for on both sides of the first one, at first and at
+/// last.
 const REACH: f64 = 4.0;
 const FARTHEST: f64 = 1000.0;
 
 /// Values in the cells of a part, one a cell.
 pub(super) struct Shares<'a> {
     part: &'a Part,
-    /// The values in the cells near the part, as [`Part::near`] lists them.
-    values: &'a [f64],
-    /// The same by cell; NaN in cells that are not near.
-    by_cell: Vec<f64>,
+    /// The value in each cell; NaN in those that are not near the part.
+    values: Vec<f64>,
     /// The values in cells of the part, rising, with the weight of each and those below.
     sorted: Vec<(f64, f64)>,
     /// All weights together.
@@ -44,16 +43,16 @@ pub(super) struct Found {
 }
 
 impl<'a> Shares<'a> {
-    /// Orders the values in the cells near the part.
-    pub fn new(part: &'a Part, values: &'a [f64]) -> Self {
-        let own = part.near.iter().zip(values).map(|(&cell, &value)| (value, part.weights[cell]));
+    /// Orders the values in the cells near the part, `near` as [`Part::near`] lists them.
+    pub fn new(part: &'a Part, near: &[f64]) -> Self {
+        let own = part.near.iter().zip(near).map(|(&cell, &value)| (value, part.weights[cell]));
         let mut sorted: Vec<(f64, f64)> = own.filter(|(_, weight)| *weight > 0.0).collect();
         let whole = accumulate(&mut sorted);
-        let mut by_cell = vec![f64::NAN; part.weights.len()];
-        for (&cell, &value) in part.near.iter().zip(values) {
-            by_cell[cell] = value;
+        let mut values = vec![f64::NAN; part.weights.len()];
+        for (&cell, &value) in part.near.iter().zip(near) {
+            values[cell] = value;
         }
-        Self { part, values, by_cell, sorted, whole }
+        Self { part, values, sorted, whole }
     }
 
     /// The level below which the share `share` lies, by one value a cell.
@@ -63,16 +62,16 @@ impl<'a> Shares<'a> {
 
     /// The same level and twice the standard deviation of the share.
     ///
-    /// Whether the point of a cell that a face passes through lies below the level is chance, with a variance
-    /// of 1/6 if the face may be anywhere. Those cells are as many as pairs of neighbours, along all axes,
-    /// have a face between them.
+    /// Whether the point of a cell that a face passes through lies below the level is chance, with a
+    /// variance of 1/6 if the face may be anywhere. Those cells are as many as pairs of neighbours,
+    /// along all axes, have a face between them.
     pub fn first(&self, share: f64) -> Found {
         let level = self.level(share);
         let Part { cells, near, weights, .. } = self.part;
         let pairs = |&cell: &usize| {
             let others = (0..3).filter_map(|axis| cells.next(cell, axis));
-            let value = self.by_cell[cell];
-            let is_between = |other: &usize| is_between(level, value, self.by_cell[*other]);
+            let value = self.values[cell];
+            let is_between = |other: &usize| is_between(level, value, self.values[*other]);
             others.filter(is_between).count() as f64 * weights[cell] * weights[cell]
         };
         let crossed: f64 = near.iter().map(pairs).sum();
@@ -83,8 +82,8 @@ impl<'a> Shares<'a> {
     /// The level with many more points in all cells that the surface of a level near it may pass
     /// through, if that is not too much work: `sampled` gives values by so many `operations` a point.
     ///
-    /// A surface passes through a cell only if the level is no farther from its value than its neighbours' are:
-    /// these are twice as far away as its corners.
+    /// A surface passes through a cell only if the level is no farther from its value than its
+    /// neighbours' are: these are twice as far away as its corners.
     ///
     /// # Errors
     /// What `sampled` fails with.
@@ -95,29 +94,27 @@ impl<'a> Shares<'a> {
         sampled: impl Fn(&Points) -> Result<Vec<f64>, Failure> + Sync,
     ) -> Result<Found, Failure> {
         let first = self.first(share);
-        let changes = self.changes();
+        let own = self.own_with_changes();
         let mut reach = REACH;
         loop {
             let [lo, hi] = [-1.0, 1.0].map(|side| {
                 let moved = share + side * reach * first.error.max(TOLERANCE);
                 if moved <= 0.0 || moved >= 1.0 { side * f64::INFINITY } else { self.level(moved) }
             });
-            let is_crossed =
-                |i: usize| self.values[i] - changes[i] <= hi && self.values[i] + changes[i] >= lo;
-            let crossed: Vec<usize> = (0..self.values.len())
-                .filter(|&i| self.part.weights[self.part.near[i]] > 0.0 && is_crossed(i))
-                .collect();
             let mut below = 0.0;
-            for (i, &cell) in self.part.near.iter().enumerate() {
-                if self.values[i] < lo && !is_crossed(i) {
+            let mut crossed = Vec::new();
+            for &(cell, change) in &own {
+                let value = self.values[cell];
+                if value - change <= hi && value + change >= lo {
+                    crossed.push(cell);
+                } else if value < lo {
                     below += self.part.weights[cell];
                 }
             }
             let most = MOST.min(WORK / operations.max(1));
             let Some(side) = side(first.error, crossed.len(), most) else { return Ok(first) };
             let batch = (BATCH / (side * side * side)).max(1);
-            let some =
-                |numbers: &[usize]| self.scatter(numbers, side, [lo, hi, first.level], &sampled);
+            let some = |cells: &[usize]| self.scatter(cells, side, [lo, hi, first.level], &sampled);
             let batches = crossed.par_chunks(batch).map(some).collect::<Result<Vec<_>, _>>()?;
             let mut between = Vec::new();
             let mut variance = 0.0;
@@ -137,22 +134,22 @@ impl<'a> Shares<'a> {
         }
     }
 
-    /// How far the value of each cell is from those of its neighbours, at most.
-    fn changes(&self) -> Vec<f64> {
-        let Part { cells, near, .. } = self.part;
+    /// The cells of the part, and how far the value of each is from those of its neighbours, at most.
+    fn own_with_changes(&self) -> Vec<(usize, f64)> {
+        let Part { cells, near, weights, .. } = self.part;
         // The maximum passes over NaN.
-        let one = |i: usize| {
-            let changes =
-                cells.around(near[i]).map(|cell| (self.by_cell[cell] - self.values[i]).abs());
-            changes.fold(0.0, f64::max)
+        let change = |cell: usize| {
+            let others = cells.around(cell);
+            others.map(|other| (self.values[other] - self.values[cell]).abs()).fold(0.0, f64::max)
         };
-        (0..near.len()).into_par_iter().map(one).collect()
+        let own = near.par_iter().filter(|cell| weights[**cell] > 0.0);
+        own.map(|&cell| (cell, change(cell))).collect()
     }
 
-    /// Sums over cells, `numbers` of those near, each with `side` points a side.
+    /// Sums over `cells`, each with `side` points a side.
     fn scatter(
         &self,
-        numbers: &[usize],
+        cells: &[usize],
         side: usize,
         [lo, hi, middle]: [f64; 3],
         sampled: &impl Fn(&Points) -> Result<Vec<f64>, Failure>,
@@ -162,33 +159,30 @@ impl<'a> Shares<'a> {
             .map(|k| [k % side, k / side % side, k / (side * side)].map(|i| i as f64))
             .map(DVec3::from_array)
             .collect();
-        let cell = |i: usize| self.part.near[i];
-        let mut shares = Vec::with_capacity(numbers.len() * count);
-        for &i in numbers {
-            let spread = scattered(i * count);
-            shares.extend(
-                corners.iter().zip(spread).map(|(corner, share)| (*corner + share) / side as f64),
-            );
+        let mut shares = Vec::with_capacity(cells.len() * count);
+        for cell in cells {
+            let points = corners.iter().zip(scattered(cell * count));
+            shares.extend(points.map(|(corner, share)| (*corner + share) / side as f64));
         }
-        let of_cells = numbers.iter().zip(shares.chunks(count));
-        let all = of_cells
+        let of_cells = cells.iter().zip(shares.chunks(count));
+        let points = of_cells
             .clone()
-            .flat_map(|(&i, shares)| shares.iter().map(move |share| (cell(i), *share)));
-        let values = sampled(&self.part.cells.points(all))?;
+            .flat_map(|(&cell, shares)| shares.iter().map(move |share| (cell, *share)));
+        let values = sampled(&self.part.cells.points(points))?;
         let mut sums = Scattered::default();
         let mut inside = Vec::with_capacity(count);
-        for ((&i, shares), values) in of_cells.zip(values.chunks(count)) {
+        for ((&cell, shares), values) in of_cells.zip(values.chunks(count)) {
             inside.clear();
-            if self.part.is_cut(cell(i)) {
-                let is_in = |(_, share): &(_, &DVec3)| self.part.has(cell(i), **share);
+            if let Some(eighths) = self.part.eighths(cell) {
+                let is_in = |(_, share): &(_, &DVec3)| eighths.has(**share);
                 inside.extend(values.iter().zip(shares).filter(is_in).map(|(value, _)| *value));
             } else {
                 inside.extend_from_slice(values);
             }
             if inside.is_empty() {
-                inside.push(self.values[i]);
+                inside.push(self.values[cell]);
             }
-            let weight = self.part.weights[cell(i)] / inside.len() as f64;
+            let weight = self.part.weights[cell] / inside.len() as f64;
             let crossed = crossings(values, side, middle) as f64 * side as f64 / (side - 1) as f64;
             sums.variance += crossed.min(count as f64) * weight * weight / 6.0;
             sums.below += weight * inside.iter().filter(|value| **value < lo).count() as f64;
@@ -244,8 +238,8 @@ fn accumulate(values: &mut [(f64, f64)]) -> f64 {
     sum
 }
 
-/// The value below which the weight `below` lies, of at least one value: between neighbours, each of which
-/// has half of its weight on either side.
+/// The value below which the weight `below` lies, of at least one value: between neighbours, each of
+/// which has half of its weight on either side.
 fn level_at(sorted: &[(f64, f64)], below: f64) -> Option<f64> {
     let last = sorted.len().checked_sub(1)?;
     let own = sorted.partition_point(|(_, sum)| *sum < below).min(last);

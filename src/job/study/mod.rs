@@ -19,7 +19,6 @@ pub use hierarchy::{Hierarchy, Step};
 pub use passage::Passage;
 pub use round_trips::{Grids, RoundTrips, Trip};
 
-use super::levels::box_of;
 use super::{Job, Report, Settings};
 use crate::contour::{self, Grid};
 use crate::geom::Axis;
@@ -86,7 +85,7 @@ impl Numbers {
 
 /// The length of the diagonal of the grid's box, in model units.
 fn diagonal(grid: &Grid) -> f64 {
-    box_of(grid).size().length()
+    grid.bounds().size().length()
 }
 
 impl Job {
@@ -101,7 +100,7 @@ impl Job {
     fn reference(&self, grid: &Grid, settings: &Settings) -> Result<Reference, Error> {
         let (values, _) = self.solved(grid, settings, &Progress::new())?;
         let mut graph = self.graph.clone();
-        let bounds = box_of(grid);
+        let bounds = grid.bounds();
         let mut field = self.solid.field;
         for axis in Axis::ALL {
             let u = graph.coordinate(axis);

@@ -12,7 +12,6 @@
 use super::{Error, Numbers, Passage, diagonal};
 use crate::contour::Grid;
 use crate::geom::Aabb;
-use crate::job::levels::box_of;
 use crate::job::{self, Job, Report, Settings};
 use crate::mesh::Mesh;
 use crate::num::{EVEN_STEPS, Progress};
@@ -77,7 +76,7 @@ impl Job {
         progress: &Progress,
     ) -> Result<RoundTrips, Error> {
         let grid = self.grid(settings)?;
-        let bounds = box_of(&grid);
+        let bounds = grid.bounds();
         let spacing = settings.spacing.within(bounds);
         let reference = self.reference(&grid, settings)?;
         progress.expect(u64::from(times) + 1);
@@ -202,7 +201,7 @@ mod tests {
         for number in [1, 2, 77] {
             let grid = shifted(bounds, spacing, number).unwrap();
             assert_eq!(grid.cells(), [21, 5, 5], "one more than the first");
-            let other = box_of(&grid);
+            let other = grid.bounds();
             assert!((bounds.lo - other.lo).cmpge(DVec3::ZERO).all());
             assert!((other.hi - bounds.hi).cmpge(DVec3::ZERO).all());
             assert!((other.size() - bounds.size() - spacing).abs().max_element() < 1e-12);

@@ -16,8 +16,8 @@ const AWAY: f64 = 1e-9;
 const FARTHEST: f64 = 0.7;
 /// How far contouring holds a vertex off the surface, in parts of the spacing, and some more.
 const HELD: f64 = 1.0 / 64.0;
-/// The field rises out of the solid, or by less than the angle of this cosine from there: where the surface
-/// crosses itself it does not know which way.
+/// The cosine below which the field rises into the solid, by the triangles about a vertex. Where the
+/// surface crosses itself the angle may be anything up to there.
 pub(super) const OPPOSED: f64 = -0.85;
 /// Vertices whose last steps to the surface are taken together.
 const AT_ONCE: usize = 1 << 16;
