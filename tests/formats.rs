@@ -281,6 +281,29 @@ fn odd_ply_files_are_read() {
 }
 
 #[test]
+fn strips_of_triangles_are_turned_every_other_time() {
+    let head = "ply\nformat ascii 1.0\n";
+    let vertices = "element vertex 4\nproperty int x\nproperty int y\nproperty int z\n";
+    let strips =
+        |count: usize| format!("element tristrips {count}\nproperty list int int vertex_indices\n");
+    let rows = "0 0 0\n1 0 0\n0 1 0\n0 0 1\n";
+    for (count, strip) in [
+        (1, "6 1 0 2 3 1 0\n"),
+        (1, "15 1 0 2 -1 2 0 3 -1 2 3 1 -1 1 3 0\n"),
+        (2, "6 1 0 2 3 -1 0\n4 2 3 1 0\n"),
+        // A corner twice changes sides without a triangle.
+        (1, "12 1 0 2 3 -1 -1 2 3 1 1 0 3\n"),
+    ] {
+        let after = [head, vertices, &strips(count), "end_header\n", rows, strip].concat();
+        let before = [head, &strips(count), vertices, "end_header\n", strip, rows].concat();
+        let (mesh, _) = read(after.as_bytes()).unwrap();
+        assert!(check(&mesh).is_sound(), "{strip}: {:?}", mesh.triangles);
+        assert!((measure::volume(&mesh) - 1.0 / 6.0).abs() < 1e-15, "{strip}");
+        assert_eq!(read(before.as_bytes()).unwrap().0, mesh);
+    }
+}
+
+#[test]
 fn binary_ply_files_are_read_in_both_byte_orders_with_every_type() {
     let head = |order: &str| {
         format!(
@@ -395,6 +418,9 @@ fn faults_name_place_cause_and_cure() {
     refuse("e.ply", &ply("0 0 0\n1 0 0\n0 1 0\n"), line(12), "1 items of element `face`");
     refuse("f.ply", &ply("0 0 0\n1 0 0\n0 1 0\n300 0 1 2\n"), line(13), "ends before");
     refuse("g.ply", b"hello", None, "is not PLY");
+    let other = |from: &str, to: &str| head.replace(from, to) + "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+    refuse("i.ply", other("vertex_indices", "verts").as_bytes(), None, "found `verts`");
+    refuse("j.ply", other("uchar int", "uchar float").as_bytes(), None, "a list of integers");
     let huge = head.replace("ascii", "binary_little_endian").replace("face 1", "face 4000000000");
     let place = Some(Place::Byte(huge.len() as u64 + 36));
     refuse("h.ply", &[huge.as_bytes(), &[0; 60]].concat(), place, "4000000000 items");
@@ -404,6 +430,8 @@ fn faults_name_place_cause_and_cure() {
     refuse("d.stl", b"solid\nfacet normal 0 0 0\nvertex 0 0 0\n", line(3), "endsolid");
     refuse("e.stl", b"solid\nfacet\nvertex 0 0 0\nendfacet\n", line(4), "three vertices");
     refuse("f.stl", b"short", None, "is not STL");
+    let one_line = b"solid facet normal 0 0 1 outer loop vertex 0 0 0 vertex 1 0 0 vertex 0 1 0";
+    refuse("g.stl", one_line, line(1), "a line for the name of the solid");
     refuse("a.3mf", b"PK\x03\x04rest", None, "ZIP archive");
     refuse("b.3mf", b"hello", None, "is not 3MF");
     refuse("a.glb", b"glTFrest", None, "GLB files are not read");
@@ -584,10 +612,17 @@ fn defects_of_dirty_files_are_counted() {
 
 /// A 3MF archive whose model consists of `inside`.
 fn archive(inside: &str) -> Vec<u8> {
+    archive_of(&[("3D/part.model", inside)])
+}
+
+/// A 3MF archive of parts, each a model that consists of what is inside.
+fn archive_of(parts: &[(&str, &str)]) -> Vec<u8> {
     let mut zip = zip::ZipWriter::new(Cursor::new(Vec::new()));
-    zip.start_file("3D/part.model", zip::write::SimpleFileOptions::default()).unwrap();
-    let model = format!("<?xml version=\"1.0\"?>\n<model {inside}</model>");
-    std::io::Write::write_all(&mut zip, model.as_bytes()).unwrap();
+    for (name, inside) in parts {
+        zip.start_file(*name, zip::write::SimpleFileOptions::default()).unwrap();
+        let model = format!("<?xml version=\"1.0\"?>\n<model {inside}</model>");
+        std::io::Write::write_all(&mut zip, model.as_bytes()).unwrap();
+    }
     zip.finish().unwrap().into_inner()
 }
 
@@ -628,6 +663,76 @@ fn items_of_3mf_are_moved_and_scaled_to_millimetres() {
 }
 
 #[test]
+fn objects_in_other_parts_of_a_3mf_archive_are_read() {
+    const PRODUCTION: &str = "xmlns:p=\"http://schemas.microsoft.com/3dmanufacturing/production/2015/06\" \
+                              requiredextensions=\"p\"";
+    // Two parts with objects of the same number, one in centimetres with a component of its own; what
+    // that wants built does not count.
+    let twice = format!(
+        "unit=\"centimeter\">{}<object id=\"2\"><components>\
+         <component objectid=\"1\" transform=\"2 0 0 0 2 0 0 0 2 3 0 0\"/></components></object>\
+         <build><item objectid=\"1\"/></build>",
+        tetrahedron(1)
+    );
+    let once = format!("unit=\"millimeter\">{}", tetrahedron(1));
+    let root = format!(
+        "unit=\"millimeter\" {PRODUCTION}><resources><object id=\"1\"><components>\
+         <component p:path=\"/3D/Objects/a.model\" objectid=\"1\"/>\
+         <component p:path=\"/3D/Objects/b.model\" objectid=\"2\" transform=\"1 0 0 0 1 0 0 0 1 5 0 0\"/>\
+         </components></object></resources><build><item objectid=\"1\"/>\
+         <item p:path=\"/3D/Objects/a.model\" objectid=\"1\" transform=\"1 0 0 0 1 0 0 0 1 0 9 0\"/></build>"
+    );
+    let (a, b) = ("3D/Objects/a.model", "3D/Objects/b.model");
+    let whole = |parts: &[(&str, &str)]| read(&archive_of(parts));
+    let (mesh, report) = whole(&[("3D/x.model", &root), (a, &once), (b, &twice)]).unwrap();
+    assert_eq!((mesh.positions.len(), report.faces, report.ignored), (12, 12, vec![]));
+    assert_eq!(mesh.positions[1], [1.0, 0.0, 0.0]);
+    // Scaled twice and moved by three centimetres, then moved by five millimetres.
+    assert_eq!(mesh.positions[5], [20.0 + 30.0 + 5.0, 0.0, 0.0]);
+    assert_eq!(mesh.positions[8], [0.0, 9.0, 0.0]);
+    let volume = measure::volume(&mesh);
+    assert!((volume - (2.0 + 8000.0) / 6.0).abs() < 1e-10, "{volume}");
+
+    let refused = |parts: &[(&str, &str)], words: &[&str]| {
+        let message = whole(parts).unwrap_err().to_string();
+        assert!(words.iter().all(|word| message.contains(word)), "{message}");
+    };
+    refused(&[("3D/x.model", &root), (a, &once)], &["in the archive", "3D/Objects/b.model"]);
+    let bad = once.replace("x=\"1\"", "x=\"one\"");
+    refused(
+        &[("3D/x.model", &root), (a, &bad), (b, &twice)],
+        &["byte ", "a number", "one", "in the part `3D/Objects/a.model`", "export it again"],
+    );
+    let deeper = format!("{PRODUCTION}>{}", root.split_once('>').unwrap().1);
+    refused(&[("3D/x.model", &root), (a, &deeper), (b, &twice)], &["no path", "a.model"]);
+}
+
+#[test]
+fn a_3mf_model_that_requires_more_than_is_read_is_refused() {
+    let model = |required: &str, namespace: &str| {
+        archive(&format!(
+            "xmlns:q=\"http://schemas.microsoft.com/3dmanufacturing/{namespace}\" \
+             requiredextensions=\"{required}\">{}<build><item objectid=\"1\"/></build>",
+            tetrahedron(1)
+        ))
+    };
+    for (required, namespace) in [("q", "beamlattice/2017/02"), ("b", "material/2015/02")] {
+        let error = read(&model(required, namespace)).unwrap_err();
+        assert!(matches!(error.fault, Fault::Extension { .. }), "{error}");
+    }
+    for (required, namespace) in [("", "beamlattice/2017/02"), (" q ", "material/2015/02")] {
+        assert_eq!(read(&model(required, namespace)).unwrap().0.triangles.len(), 4);
+    }
+}
+
+#[test]
+fn references_in_the_markup_of_3mf_are_resolved() {
+    let item = "<build><item objectid=\"&#49;\"/></build>";
+    let content = archive(&format!(">{}{item}", tetrahedron(1).replace("\"1\"", "\"&#x31;\"")));
+    assert_eq!(read(&content).unwrap().0.positions[1], [1.0, 0.0, 0.0]);
+}
+
+#[test]
 fn zeros_keep_their_sign_in_3mf() {
     let mut mesh = potato();
     mesh.positions[0] = [-0.0, 0.0, -0.0];
@@ -657,6 +762,8 @@ fn hostile_3mf_files_are_refused() {
     refused(&format!(">{}{item}", tetrahedron(1).replace("y=\"1\"", "y=\"one\"")), "a number");
     refused(&format!(">{}<build>", tetrahedron(1)), "XML");
     refused("><vertex x=\"0\" y=\"0\" z=\"0\"/>", "an object around");
+    refused(&format!(">{}{}{item}", tetrahedron(1), tetrahedron(1)), "a number of its own");
+    refused(&format!(">{}", tetrahedron(1).replace("\"1\"", "\"&one;\"")), "XML");
     // Blanks pack well, and would be kept in memory as one piece.
     refused(&format!(">{}", " ".repeat(1 << 24)), "over a megabyte");
 }

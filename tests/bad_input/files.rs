@@ -222,9 +222,25 @@ pub fn damaged() -> Vec<Named> {
     let moved = |t: &str| built("", &format!("<item objectid=\"1\" transform=\"{t}\"/>"));
     add("moved by three.3mf".into(), moved("1 0 0"));
     add("moved by no number.3mf".into(), moved("nan 0 0 0 1 0 0 0 1 0 0 0"));
-    let unit = String::from_utf8_lossy(&model(&CORNERS, &FACES, "", item).into_bytes())
-        .replace("millimeter", "furlong");
+    let unit = model(&CORNERS, &FACES, "", item).replace("millimeter", "furlong");
     add("furlongs.3mf".into(), archive(unit.as_bytes()));
+    let model = model(&CORNERS, &FACES, "", item);
+    let twice = model.replace("<resources>", "<resources><object id=\"1\"></object>");
+    add("a number for two.3mf".into(), archive(twice.as_bytes()));
+    let beams = "xmlns:b=\"http://schemas.microsoft.com/3dmanufacturing/beamlattice/2017/02\"";
+    let required = model.replace("<model", &format!("<model requiredextensions=\"b\" {beams}"));
+    add("beams required.3mf".into(), archive(required.as_bytes()));
+    let elsewhere = "<item objectid=\"1\" p:path=\"/3D/b.model\"/>";
+    add("a part too few.3mf".into(), built("", elsewhere));
+    add("UTF-16.3mf".into(), archive(&wide(model.as_bytes())));
+    let list = |name: &str| {
+        let text = ply("ascii", "4", "4", lines(&CORNERS, "") + &lines(&FACES, "3 "));
+        text.replace("uchar int vertex_indices", name).into_bytes()
+    };
+    add("another list.ply".into(), list("uchar int corners"));
+    add("a list of floats.ply".into(), list("uchar float vertex_indices"));
+    let one_line = String::from_utf8_lossy(&sound("stl")).replace('\n', " ");
+    add("one line.stl".into(), one_line.into_bytes());
     add("no model.3mf".into(), archive_of("readme.txt", std::iter::once(&b"hello"[..])));
     let vertices = "<vertex x=\"0\" y=\"0\" z=\"0\"/>".repeat(20_000);
     let begin = "<model><resources><object id=\"1\"><mesh><vertices>";

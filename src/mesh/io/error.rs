@@ -27,6 +27,10 @@ impl ReadError {
     /// Place, cause and cure, for messages that name the file themselves.
     #[must_use]
     pub fn without_file(&self) -> String {
+        // Those messages begin with the words that it can't be read.
+        if let Fault::Unreadable(error) = &self.fault {
+            return error.to_string();
+        }
         let place = self.place.map_or_else(String::new, |place| format!("{place}: "));
         format!("{place}{}", self.cause_and_cure())
     }
@@ -126,6 +130,20 @@ pub enum Fault {
     /// A coordinate is infinite or no number.
     #[error("a vertex has a coordinate that is not finite")]
     NotFinite,
+    /// The model requires what is not read.
+    #[error("the model requires the extension `{name}`, which is not read")]
+    Extension {
+        /// The namespace of the extension, or its prefix.
+        name: String,
+    },
+    /// A fault in one of the files that an archive consists of.
+    #[error("{fault} (in the part `{part}`)")]
+    Part {
+        /// The name of the part.
+        part: String,
+        /// What is wrong with it.
+        fault: Box<Fault>,
+    },
     /// A count exceeds what the program holds.
     #[error("too large: {what}")]
     TooLarge {
@@ -140,9 +158,11 @@ pub enum Fault {
 impl Fault {
     /// What the user can do about it.
     #[must_use]
-    pub const fn cure(&self) -> Option<&'static str> {
+    pub fn cure(&self) -> Option<&'static str> {
         match self {
             Self::Unreadable(_) | Self::Cancelled(_) => None,
+            Self::Part { fault, .. } => fault.cure(),
+            Self::Extension { .. } => Some("export it as plain meshes, without that extension"),
             Self::Refused(_) => Some("export it as PLY, STL, 3MF, OBJ or OFF"),
             Self::Unknown | Self::Not(_) => Some("give a PLY, STL, 3MF, OBJ or OFF file"),
             Self::Syntax { .. } | Self::IndexOutOfRange { .. } | Self::NotFinite => {

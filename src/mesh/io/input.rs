@@ -191,7 +191,7 @@ fn is_prose(bytes: &[u8]) -> bool {
 
 /// Whether the content is text of two or four bytes a letter: it begins with their mark, or every
 /// other byte of what looks like text is zero.
-fn is_wide(bytes: &[u8]) -> bool {
+pub(super) fn is_wide(bytes: &[u8]) -> bool {
     let start = &bytes[..bytes.len().min(64)];
     let is_text = |byte: &u8| byte.is_ascii_graphic() || byte.is_ascii_whitespace();
     let is_plain = |first: usize| {

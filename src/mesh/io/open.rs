@@ -32,12 +32,20 @@ impl Read for Opened {
     }
 }
 
+/// What is said of a file that is not there.
+const MISSING: &str =
+    "No such file; check its name and its folder (names count from the working directory)";
+
 /// Opens the file at `path` for reading.
 ///
 /// # Errors
 /// The system's, also for folders, and [`io::ErrorKind::TimedOut`] for a pipe that nobody writes to.
+/// That of a file which is not there says what to look at.
 pub fn open(path: &Path) -> io::Result<Opened> {
-    let data = std::fs::metadata(path)?;
+    let data = std::fs::metadata(path).map_err(|error| {
+        let is_missing = error.kind() == io::ErrorKind::NotFound;
+        if is_missing { io::Error::new(io::ErrorKind::NotFound, MISSING) } else { error }
+    })?;
     if data.is_dir() {
         return Err(io::Error::new(io::ErrorKind::IsADirectory, "it is a folder"));
     }

@@ -40,7 +40,7 @@ pub enum WriteError {
     Io(#[from] io::Error),
     /// Double precision was asked of STL.
     #[error(
-        "STL holds single precision only, which this mesh needs more than: write PLY, OBJ or OFF"
+        "STL holds single precision only, which this mesh needs more than: write PLY, 3MF, OBJ or OFF"
     )]
     StlIsSingle,
     /// A coordinate is too large for single precision.

@@ -117,6 +117,10 @@ fn read_text(
         let Some(keyword) = rest.next() else { continue };
         let at_line = |fault: Fault| fault.at_line(lines.number);
         match keyword.to_ascii_lowercase().as_slice() {
+            b"solid" if rest.any(|word| word.eq_ignore_ascii_case(b"vertex")) => {
+                // A name goes on to the end of its line, whatever it says.
+                return Err(at_line(syntax("a line for the name of the solid", Some(line))));
+            }
             b"solid" => is_open = true,
             b"endsolid" => is_open = false,
             b"facet" | b"outer" | b"endloop" => {}

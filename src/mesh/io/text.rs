@@ -100,12 +100,14 @@ pub(super) fn integer(word: &[u8]) -> Option<i64> {
 pub(super) fn syntax(expected: &'static str, found: Option<&[u8]>) -> Fault {
     let found = found.map_or_else(
         || "the end of the line".into(),
-        |found| {
-            let text = String::from_utf8_lossy(&found[..found.len().min(40)]);
-            text.chars().map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect()
-        },
+        |found| shown(&String::from_utf8_lossy(&found[..found.len().min(40)])),
     );
     Fault::Syntax { expected, found }
+}
+
+/// A piece of a file as messages show it: a line of no more than a hundred letters.
+pub(super) fn shown(text: &str) -> String {
+    text.chars().take(100).map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect()
 }
 
 /// Rows that one thread formats at a time: some hundred kilobytes of text. What compresses the text

@@ -1,7 +1,8 @@
 //! Reading PLY: text and both binary byte orders, any elements, properties and lists.
 //!
 //! The vertices are the element `vertex` with `x`, `y`, `z`, the faces are `face` with the list
-//! `vertex_indices` or `vertex_index`; all else is passed over. No count of the header is trusted:
+//! `vertex_indices` or `vertex_index`; `tristrips` with such a list has strips of triangles, a
+//! negative number after each but the last. All else is passed over. No count of the header is trusted:
 //! what can't fit into the rest of the file is refused before anything is read.
 
 use super::header::{Element, Encoding, Holds, Scalar, header};
@@ -10,7 +11,7 @@ use crate::mesh::Mesh;
 use crate::mesh::io::Format;
 use crate::mesh::io::assembly::{Assembly, ReadReport};
 use crate::mesh::io::error::{Fault, Flaw};
-use crate::mesh::io::text::Lines;
+use crate::mesh::io::text::{Lines, syntax};
 use crate::num::Progress;
 
 /// Reads a PLY file.
@@ -40,24 +41,36 @@ enum Role {
     Ignored,
 }
 
-/// Reads all elements: the first `vertex` before the first `face`, whatever their order.
+/// What a list of corners is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Shape {
+    Polygon,
+    Strips,
+}
+
+/// Reads all elements: the first `vertex` before the first `face` and the first `tristrips`,
+/// whatever their order.
 fn elements<S: Source>(
     mut source: S,
     elements: &[Element],
     assembly: &mut Assembly<'_>,
 ) -> Result<(), Flaw> {
     let first = |name| elements.iter().position(|element| element.name == name);
-    let (vertex, face) = (first("vertex"), first("face"));
-    let mut early_faces = None;
+    let vertex = first("vertex");
+    let shapes = [(first("face"), Shape::Polygon), (first("tristrips"), Shape::Strips)];
+    let mut early_faces = Vec::new();
     for (number, element) in elements.iter().enumerate() {
         source.announce(element)?;
+        let shape = shapes.iter().find(|(first, _)| *first == Some(number)).map(|found| found.1);
         if Some(number) == vertex {
             vertices(&mut source, element, assembly)?;
-        } else if Some(number) == face && vertex > face {
-            early_faces = Some((source.clone(), element));
-            skip(&mut source, element)?;
-        } else if Some(number) == face {
-            faces(&mut source, element, assembly)?;
+        } else if let Some(shape) = shape {
+            if vertex > Some(number) {
+                early_faces.push((source.clone(), element, shape));
+                skip(&mut source, element)?;
+            } else {
+                faces(&mut source, element, shape, assembly)?;
+            }
         } else {
             assembly.ignore(&format!("element {}", element.name));
             skip(&mut source, element)?;
@@ -66,8 +79,8 @@ fn elements<S: Source>(
     if !source.is_exhausted() {
         assembly.ignore("data after the last element");
     }
-    if let Some((mut source, element)) = early_faces {
-        faces(&mut source, element, assembly)?;
+    for (mut source, element, shape) in early_faces {
+        faces(&mut source, element, shape, assembly)?;
     }
     Ok(())
 }
@@ -95,8 +108,12 @@ fn vertices<S: Source>(
 fn faces<S: Source>(
     source: &mut S,
     element: &Element,
+    shape: Shape,
     assembly: &mut Assembly<'_>,
 ) -> Result<(), Flaw> {
+    if element.count == 0 {
+        return Ok(());
+    }
     let roles = roles(element, assembly, |name, holds| match (name, holds) {
         ("vertex_indices" | "vertex_index", Holds::List { item, .. }) if item.is_integer() => {
             Role::Corners
@@ -104,13 +121,33 @@ fn faces<S: Source>(
         _ => Role::Ignored,
     });
     if !roles.contains(&Role::Corners) {
-        assembly.ignore("faces without a list vertex_indices");
-        return skip(source, element);
+        let names = element.properties.iter().map(|property| property.name.as_str());
+        let found = names.collect::<Vec<_>>().join(" ");
+        return Err(syntax(NO_CORNERS, Some(found.as_bytes())).into());
     }
     rows(source, element, &roles, |source, row| {
         assembly.reach(source.offset())?;
-        assembly.face(&row.corners).map_err(|fault| source.flaw(fault))
+        let done = match shape {
+            Shape::Polygon => assembly.face(&row.corners),
+            Shape::Strips => strips(&row.corners, assembly),
+        };
+        done.map_err(|fault| source.flaw(fault))
     })
+}
+
+/// What faces must have.
+const NO_CORNERS: &str = "a list of integers vertex_indices in the element of the faces";
+
+/// Adds the triangles of strips: each corner after two makes one with them, turned round every
+/// other time.
+fn strips(corners: &[i64], assembly: &mut Assembly<'_>) -> Result<(), Fault> {
+    for strip in corners.split(|corner| *corner < 0) {
+        for (number, window) in strip.windows(3).enumerate() {
+            let [a, b, c] = [window[0], window[1], window[2]];
+            assembly.face(&if number % 2 == 0 { [a, b, c] } else { [b, a, c] })?;
+        }
+    }
+    Ok(())
 }
 
 /// The roles of the element's properties; of several with one role the first has it.

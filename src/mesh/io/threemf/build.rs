@@ -3,7 +3,7 @@
 use super::super::assembly::Assembly;
 use super::super::error::{Fault, Flaw};
 use super::super::text::syntax;
-use super::model::{IDENTITY, Instance, Model, Object, Transform};
+use super::model::{IDENTITY, Instance, Model, Name, Object, Transform};
 
 /// Components within components, at most.
 const DEPTH: usize = 32;
@@ -19,21 +19,30 @@ pub(super) fn build(model: &Model, assembly: &mut Assembly<'_>) -> Result<(), Fl
     let mut items = model.items.clone();
     if items.is_empty() && !model.objects.is_empty() {
         assembly.ignore("the lack of build items (all objects are taken)");
-        let mut all: Vec<u32> = model.objects.keys().copied().collect();
+        let mut all: Vec<Name> = model.objects.keys().copied().collect();
         all.sort_unstable();
         items.extend(all.into_iter().map(|object| Instance { object, transform: IDENTITY }));
     }
-    let unit = model.unit;
-    let scale = [[unit, 0.0, 0.0], [0.0, unit, 0.0], [0.0, 0.0, unit], [0.0; 3]];
-    let placed = |item: &Instance| (item.object, product(&item.transform, &scale), 0);
-    let mut pending: Vec<(u32, Transform, usize)> = items.iter().rev().map(placed).collect();
+    // Every part measures in its own unit, and moves what it has of others in that.
+    let unit = |name: Name| model.parts[name.part as usize].unit;
+    let rescaled = |of: Name, by: f64, transform: &Transform| {
+        let ratio = unit(of) / by;
+        let own = [[ratio, 0.0, 0.0], [0.0, ratio, 0.0], [0.0, 0.0, ratio], [0.0; 3]];
+        if ratio == 1.0 { *transform } else { product(&own, transform) }
+    };
+    let root = model.parts[0].unit;
+    let scale = [[root, 0.0, 0.0], [0.0, root, 0.0], [0.0, 0.0, root], [0.0; 3]];
+    let placed = |Instance { object, transform }: &Instance| {
+        (*object, product(&rescaled(*object, root, transform), &scale), 0)
+    };
+    let mut pending: Vec<(Name, Transform, usize)> = items.iter().rev().map(placed).collect();
     let size = |object: &Object| object.vertices.len() + object.triangles.len();
     let own: usize = model.objects.values().map(size).sum();
     let most = own.saturating_mul(MOST_COPIES).max(MOST_ITEMS);
     let (mut count, mut items) = (0, 0_usize);
-    while let Some((number, transform, depth)) = pending.pop() {
-        let Some(object) = model.objects.get(&number) else {
-            let text = number.to_string();
+    while let Some((name, transform, depth)) = pending.pop() {
+        let Some(object) = model.objects.get(&name) else {
+            let text = name.id.to_string();
             return Err(syntax("the number of an object", Some(text.as_bytes())).into());
         };
         if object.is_aside {
@@ -51,7 +60,8 @@ pub(super) fn build(model: &Model, assembly: &mut Assembly<'_>) -> Result<(), Fl
         }
         place(object.vertices.as_slice(), &object.triangles, &transform, assembly)?;
         for Instance { object, transform: own } in object.components.iter().rev() {
-            pending.push((*object, product(own, &transform), depth + 1));
+            let own = rescaled(*object, unit(name), own);
+            pending.push((*object, product(&own, &transform), depth + 1));
         }
         if pending.len() > MOST_PLACED {
             return Err(Fault::TooLarge { what: "the model asks for too many copies" }.into());

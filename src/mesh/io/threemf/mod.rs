@@ -1,17 +1,18 @@
 //! 3D Manufacturing Format: an archive with a model in XML.
 //!
 //! **Reading** takes the mesh of every item that is to be built, moved and scaled to millimetres;
-//! items are put together without joining their vertices. Colours, materials, slices and beams
-//! are ignored and reported; models in other parts of the archive (the production extension)
-//! are not read. **Writing** makes one object in millimetres. Both pass the text of the model on piece
+//! items are put together without joining their vertices. Objects may be in other parts of the
+//! archive (the production extension). Colours, materials, slices and beams are ignored and
+//! reported, but a model that *requires* an extension which is not read is refused: its meshes are
+//! not all there is. **Writing** makes one object in millimetres. Both pass the text of the model on piece
 //! by piece, between the archive and the markup, and never hold it whole.
 //!
 //! Nothing in a file is trusted: parts are unpacked only up to a limit, components that contain
 //! themselves are a fault, and a model's copies may not outnumber what memory holds. The same mesh
 //! gives the same bytes: times in the archive are fixed.
 //!
-//! Source: 3MF Core Specification 1.3, sections 3 (model), 4 (objects); Open Packaging Conventions,
-//! ECMA-376 part 2.
+//! Source: 3MF Core Specification 1.3, sections 3 (model), 4 (objects); Production Extension 1.1,
+//! section 3 (paths); Open Packaging Conventions, ECMA-376 part 2.
 
 mod build;
 mod model;
@@ -22,18 +23,19 @@ pub(super) use write::write;
 use super::Format;
 use super::assembly::{Assembly, ReadReport};
 use super::error::{Fault, Flaw};
-use super::text::syntax;
+use super::text::{shown, syntax};
 use crate::mesh::Mesh;
 use crate::num::Progress;
+use model::Model;
 use std::borrow::Cow;
 use std::io::{BufReader, Cursor, Read};
 use zip::ZipArchive;
 use zip::result::ZipError;
 
-/// The longest part that is unpacked, in bytes: some 100 million triangles.
-const LONGEST_PART: u64 = 1 << 33;
+/// The longest model that is unpacked, all parts together, in bytes: some 100 million triangles.
+const LONGEST_PARTS: u64 = 1 << 33;
 
-/// Times by which a part may be larger than the archive: beyond, it is made to exhaust memory.
+/// Times by which a model may be larger than the archive: beyond, it is made to exhaust memory.
 /// A flat sheet of equal triangles, printed with blanks, is packed to a twelfth.
 const MOST_PACKED: u64 = 100;
 /// Bytes that are unpacked in any case.
@@ -47,15 +49,43 @@ pub(super) fn is_archive(bytes: &[u8]) -> bool {
 /// Reads the items that a 3MF archive wants built.
 pub(super) fn read(bytes: &[u8], progress: &Progress) -> Result<(Mesh, ReadReport), Flaw> {
     let mut archive = ZipArchive::new(Cursor::new(bytes)).map_err(fault)?;
-    let name = root(&mut archive)?;
-    let limit = MOST_PACKED.saturating_mul(bytes.len() as u64).clamp(LITTLE, LONGEST_PART);
-    let part = archive.by_name(&name).map_err(fault)?;
-    // The size that the archive states may be a lie; what is unpacked is counted.
-    let part = BufReader::with_capacity(1 << 16, part.take(limit));
+    let mut model = Model::new(root(&mut archive)?);
     let mut assembly = Assembly::new(Format::ThreeMf, bytes.len(), progress);
-    let model = model::read(part, limit, &mut assembly)?;
+    let mut left = MOST_PACKED.saturating_mul(bytes.len() as u64).clamp(LITTLE, LONGEST_PARTS);
+    let mut number = 0;
+    // The root names the other parts.
+    while let Some(part) = model.parts.get(number as usize) {
+        let name = part.name.clone();
+        if archive.index_for_name(&name).is_none() {
+            return Err(syntax("a part that is in the archive", Some(name.as_bytes())).into());
+        }
+        let read = read_part(&mut archive, left, number, &mut model, &mut assembly);
+        let within = |flaw| if number > 0 { within(&name, flaw) } else { flaw };
+        left -= read.map_err(within)?;
+        number += 1;
+    }
     build::build(&model, &mut assembly)?;
     Ok(assembly.finish()?)
+}
+
+/// Reads the part of `model` with that number, of which no more than `limit` bytes are unpacked, and
+/// returns how many were.
+fn read_part(
+    archive: &mut ZipArchive<Cursor<&[u8]>>,
+    limit: u64,
+    number: u32,
+    model: &mut Model,
+    assembly: &mut Assembly<'_>,
+) -> Result<u64, Flaw> {
+    let part = archive.by_name(&model.parts[number as usize].name).map_err(fault)?;
+    // The size that the archive states may be a lie; what is unpacked is counted.
+    let text = BufReader::with_capacity(1 << 16, part.take(limit));
+    model::read(text, limit, number, model, assembly)
+}
+
+/// What is wrong in a part of the archive.
+fn within(part: &str, Flaw { place, fault }: Flaw) -> Flaw {
+    Flaw { place, fault: Fault::Part { part: shown(part), fault: Box::new(fault) } }
 }
 
 /// The name of the part with the model, which the relations of the archive tell.

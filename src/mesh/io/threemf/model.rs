@@ -1,11 +1,17 @@
 //! Reads the XML of a model as a stream: meshes, components and what is to be built.
+//!
+//! A model may have further parts, files of the archive whose objects it names. They are read one
+//! after the other into the same [`Model`], the root first.
 
 use super::super::assembly::Assembly;
 use super::super::error::{Fault, Flaw};
-use super::super::text::syntax;
-use quick_xml::Reader;
+use super::super::input::is_wide;
+use super::super::text::{shown, syntax};
+use quick_xml::events::attributes::Attribute;
 use quick_xml::events::{BytesStart, Event};
+use quick_xml::{Reader, XmlVersion};
 use rustc_hash::FxHashMap;
+use std::borrow::Cow;
 use std::io::{self, BufRead, Read};
 
 /// The longest piece of markup, in bytes: a vertex takes a hundred.
@@ -14,13 +20,49 @@ const LONGEST_TAG: usize = 1 << 20;
 /// The most objects of a model, each of which takes some memory however little it holds.
 const MOST_OBJECTS: usize = 1 << 16;
 
+/// Parts of a model, at most: each is looked up in the archive.
+const MOST_PARTS: usize = 1 << 14;
+
+/// Extensions that a model may require: of the production extension parts and paths are read; what
+/// the others add leaves meshes as they are.
+const EXTENSIONS: [&str; 3] = [
+    "http://schemas.microsoft.com/3dmanufacturing/production/2015/06",
+    "http://schemas.microsoft.com/3dmanufacturing/material/2015/02",
+    "http://schemas.microsoft.com/3dmanufacturing/trianglesets/2021/07",
+];
+
 /// A model as it is written.
 #[derive(Debug)]
 pub(super) struct Model {
+    /// The parts it consists of, the root first.
+    pub(super) parts: Vec<Part>,
+    pub(super) objects: FxHashMap<Name, Object>,
+    pub(super) items: Vec<Instance>,
+}
+
+impl Model {
+    /// A model whose root is the part `name`, of which nothing is read yet.
+    pub(super) fn new(name: String) -> Self {
+        let parts = vec![Part { name, unit: 1.0 }];
+        Self { parts, objects: FxHashMap::default(), items: Vec::new() }
+    }
+}
+
+/// A file of the archive with objects.
+#[derive(Debug)]
+pub(super) struct Part {
+    pub(super) name: String,
     /// Millimetres in a unit.
     pub(super) unit: f64,
-    pub(super) objects: FxHashMap<u32, Object>,
-    pub(super) items: Vec<Instance>,
+}
+
+/// What an object is known by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub(super) struct Name {
+    /// The number of its part, the root being 0.
+    pub(super) part: u32,
+    /// Its number there.
+    pub(super) id: u32,
 }
 
 /// What an object consists of.
@@ -36,7 +78,7 @@ pub(super) struct Object {
 /// An object, moved.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Instance {
-    pub(super) object: u32,
+    pub(super) object: Name,
     pub(super) transform: Transform,
 }
 
@@ -46,14 +88,20 @@ pub(super) type Transform = [[f64; 3]; 4];
 pub(super) const IDENTITY: Transform =
     [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0; 3]];
 
-/// Reads the model in `part`, of which no more than `limit` bytes come.
+/// Reads the part of `model` with that `number` from `text`, of which no more than `limit` bytes come,
+/// and returns how many came.
 pub(super) fn read(
-    part: impl BufRead,
+    mut text: impl BufRead,
     limit: u64,
+    number: u32,
+    model: &mut Model,
     assembly: &mut Assembly<'_>,
-) -> Result<Model, Flaw> {
-    let mut reader = Reader::from_reader(Rationed { inner: part, taken: 0, total: 0 });
-    let mut parser = Parser::new(assembly);
+) -> Result<u64, Flaw> {
+    if text.fill_buf().is_ok_and(is_wide) {
+        return Err(Fault::Wide.into());
+    }
+    let mut reader = Reader::from_reader(Rationed { inner: text, taken: 0, total: 0 });
+    let mut parser = Parser { assembly, model, part: number, object: None, is_closed: false };
     let mut buffer = Vec::new();
     loop {
         let at = reader.buffer_position() as usize;
@@ -66,9 +114,11 @@ pub(super) fn read(
             Event::Start(tag) => parser.open(&tag).map_err(|fault| fault.at_byte(at))?,
             Event::Empty(tag) => {
                 parser.open(&tag).map_err(|fault| fault.at_byte(at))?;
-                parser.close(tag.local_name().as_ref());
+                parser.close(tag.local_name().as_ref()).map_err(|fault| fault.at_byte(at))?;
             }
-            Event::End(tag) => parser.close(tag.local_name().as_ref()),
+            Event::End(tag) => {
+                parser.close(tag.local_name().as_ref()).map_err(|fault| fault.at_byte(at))?;
+            }
             Event::Eof => break,
             Event::Text(_)
             | Event::CData(_)
@@ -84,7 +134,7 @@ pub(super) fn read(
     if !parser.is_closed {
         return Err(Fault::Truncated { before: "its model does" }.into());
     }
-    Ok(parser.model)
+    Ok(reader.get_ref().total)
 }
 
 /// A reader that fails when one piece of markup takes too much: the whole of it is kept in memory.
@@ -131,25 +181,27 @@ pub(super) fn target_of_relations(text: &str) -> Option<String> {
         let (Event::Start(tag) | Event::Empty(tag)) = event else { continue };
         if attribute(&tag, "Type").ok()?.as_deref() == Some(KIND) {
             let target = attribute(&tag, "Target").ok()??;
-            return Some(target.trim_start_matches('/').to_owned());
+            return Some(in_archive(&target).to_owned());
         }
     }
 }
 
+/// The name in the archive of the part at `path`, which is absolute.
+fn in_archive(path: &str) -> &str {
+    path.trim_start_matches('/')
+}
+
 struct Parser<'a, 'p> {
     assembly: &'a mut Assembly<'p>,
-    model: Model,
+    model: &'a mut Model,
+    /// The number of the part that is read.
+    part: u32,
     /// The object that is open, and its number.
     object: Option<(u32, Object)>,
     is_closed: bool,
 }
 
-impl<'a, 'p> Parser<'a, 'p> {
-    fn new(assembly: &'a mut Assembly<'p>) -> Self {
-        let model = Model { unit: 1.0, objects: FxHashMap::default(), items: Vec::new() };
-        Self { assembly, model, object: None, is_closed: false }
-    }
-
+impl Parser<'_, '_> {
     fn open(&mut self, tag: &BytesStart<'_>) -> Result<(), Fault> {
         match tag.local_name().as_ref() {
             "vertex" => {
@@ -160,7 +212,10 @@ impl<'a, 'p> Parser<'a, 'p> {
                 let corners = [index(tag, "v1")?, index(tag, "v2")?, index(tag, "v3")?];
                 self.object()?.triangles.push(corners);
             }
-            "model" => self.model.unit = unit(tag)?,
+            "model" => {
+                meet_requirements(tag)?;
+                self.model.parts[self.part as usize].unit = unit(tag)?;
+            }
             "object" => {
                 if self.model.objects.len() >= MOST_OBJECTS {
                     return Err(Fault::TooLarge { what: "the model has too many objects" });
@@ -171,13 +226,12 @@ impl<'a, 'p> Parser<'a, 'p> {
             }
             "component" => {
                 let instance = self.instance(tag)?;
-                if let Some(instance) = instance {
-                    self.object()?.components.push(instance);
-                }
+                self.object()?.components.push(instance);
             }
-            "item" => {
+            // Only what the root wants built is built.
+            "item" if self.part == 0 => {
                 let instance = self.instance(tag)?;
-                self.model.items.extend(instance);
+                self.model.items.push(instance);
             }
             "beamlattice" => self.assembly.ignore("beam lattices"),
             "slicestack" => self.assembly.ignore("slices"),
@@ -189,16 +243,21 @@ impl<'a, 'p> Parser<'a, 'p> {
         Ok(())
     }
 
-    fn close(&mut self, name: &str) {
+    fn close(&mut self, name: &str) -> Result<(), Fault> {
         match name {
             "object" => {
                 if let Some((id, object)) = self.object.take() {
-                    self.model.objects.insert(id, object);
+                    let name = Name { part: self.part, id };
+                    if self.model.objects.insert(name, object).is_some() {
+                        let expected = "a number of its own for each object";
+                        return Err(syntax(expected, Some(id.to_string().as_bytes())));
+                    }
                 }
             }
             "model" => self.is_closed = true,
             _ => {}
         }
+        Ok(())
     }
 
     fn object(&mut self) -> Result<&mut Object, Fault> {
@@ -208,28 +267,74 @@ impl<'a, 'p> Parser<'a, 'p> {
         }
     }
 
-    /// The object that `tag` names, moved; `None` if it is in another part.
-    fn instance(&mut self, tag: &BytesStart<'_>) -> Result<Option<Instance>, Fault> {
-        if tag.attributes().flatten().any(|a| a.key.local_name().as_ref() == "path") {
-            self.assembly.ignore("objects in other parts of the archive");
-            return Ok(None);
-        }
+    /// The object that `tag` names, moved.
+    fn instance(&mut self, tag: &BytesStart<'_>) -> Result<Instance, Fault> {
+        let is_path = |a: &Attribute<'_>| a.key.local_name().as_ref() == "path";
+        let part = match tag.attributes().flatten().find(is_path) {
+            Some(path) => self.part_at(in_archive(&plain(path)?))?,
+            None => self.part,
+        };
         let transform = match attribute(tag, "transform")? {
             Some(text) => transform(&text)?,
             None => IDENTITY,
         };
-        Ok(Some(Instance { object: index(tag, "objectid")?, transform }))
+        Ok(Instance { object: Name { part, id: index(tag, "objectid")? }, transform })
+    }
+
+    /// The number of the part with that name, which is read in its turn.
+    fn part_at(&mut self, name: &str) -> Result<u32, Fault> {
+        if self.part > 0 {
+            return Err(syntax("no path outside of the root model", Some(name.as_bytes())));
+        }
+        let parts = &mut self.model.parts;
+        // Writers name the objects of one part together.
+        let known = parts.iter().rposition(|part| part.name == name);
+        let number = known.unwrap_or(parts.len());
+        if number >= MOST_PARTS {
+            return Err(Fault::TooLarge { what: "the model has too many parts" });
+        }
+        if known.is_none() {
+            parts.push(Part { name: name.to_owned(), unit: 1.0 });
+        }
+        Ok(number as u32)
     }
 }
 
-/// The value of the attribute `name` of `tag`.
-fn attribute(tag: &BytesStart<'_>, name: &str) -> Result<Option<String>, Fault> {
-    let found = tag.try_get_attribute(name);
-    let found = found.map_err(|error| syntax("attributes", Some(error.to_string().as_bytes())))?;
-    Ok(found.map(|attribute| attribute.value.trim().to_owned()))
+/// Refuses a model that requires an extension which is not read.
+fn meet_requirements(model: &BytesStart<'_>) -> Result<(), Fault> {
+    let Some(prefixes) = attribute(model, "requiredextensions")? else { return Ok(()) };
+    for prefix in prefixes.split_ascii_whitespace() {
+        let namespace = attribute(model, &format!("xmlns:{prefix}"))?;
+        if !namespace.as_deref().is_some_and(|namespace| EXTENSIONS.contains(&namespace)) {
+            let name = namespace.unwrap_or_else(|| prefix.into());
+            return Err(Fault::Extension { name: shown(&name) });
+        }
+    }
+    Ok(())
 }
 
-fn required(tag: &BytesStart<'_>, name: &'static str) -> Result<String, Fault> {
+/// The value of the attribute `name` of `tag`.
+fn attribute<'a>(tag: &'a BytesStart<'_>, name: &str) -> Result<Option<Cow<'a, str>>, Fault> {
+    let found = tag.try_get_attribute(name);
+    let found = found.map_err(|error| syntax("attributes", Some(error.to_string().as_bytes())))?;
+    found.map(plain).transpose()
+}
+
+/// The value of an attribute, without references and blanks around it.
+fn plain(attribute: Attribute<'_>) -> Result<Cow<'_, str>, Fault> {
+    let value = if attribute.value.contains('&') {
+        let value = attribute.normalized_value(XmlVersion::Implicit1_0);
+        value.map_err(|error| xml_fault(&error))?.into_owned().into()
+    } else {
+        attribute.value
+    };
+    Ok(match value {
+        Cow::Borrowed(value) => value.trim().into(),
+        Cow::Owned(value) => value.trim().to_owned().into(),
+    })
+}
+
+fn required<'a>(tag: &'a BytesStart<'_>, name: &'static str) -> Result<Cow<'a, str>, Fault> {
     attribute(tag, name)?.ok_or_else(|| syntax(name, Some(tag.name().as_ref().as_bytes())))
 }
 
@@ -246,7 +351,7 @@ fn index(tag: &BytesStart<'_>, name: &'static str) -> Result<u32, Fault> {
 /// Millimetres in the unit of a model.
 fn unit(tag: &BytesStart<'_>) -> Result<f64, Fault> {
     let Some(name) = attribute(tag, "unit")? else { return Ok(1.0) };
-    Ok(match name.as_str() {
+    Ok(match &*name {
         "micron" => 0.001,
         "millimeter" => 1.0,
         "centimeter" => 10.0,
