@@ -156,6 +156,12 @@ fn wrong_command_lines_are_explained_and_exit_with_2() {
     fails(&["box", "dilate"], 2, &["dilate"]);
     fails(&["2", "box"], 2, &["2"]);
     fails(&["-s", "0", "box"], 2, &["-s", "positive"]);
+    fails(&["-s", "-0.1", "box"], 2, &["-s -0.1", "positive"]);
+    fails(&["-s", "-o", "out.ply", "box"], 2, &["a value is required"]);
+    fails(&["-o", "a.stl", "--precision", "double", "box"], 2, &["--precision double", "STL"]);
+    fails(&["x=1", "box"], 2, &["`=` has no meaning", "write `a-b`"]);
+    fails(&["box", "scale", "1e150"], 2, &["scale the model", "1e70"]);
+    fails(&["box", "scale", "1e-110"], 2, &["scale the model", "1e-70"]);
     fails(&["-s", "1,2", "box"], 2, &["-s"]);
     fails(&["-s", "2/", "box"], 2, &["2/"]);
     fails(&["-o", "out.xyz", "box"], 2, &[".ply", "out.xyz"]);
@@ -269,9 +275,12 @@ fn an_unused_parameter_is_worth_a_warning() {
 fn work_that_fails_is_explained_and_exits_with_1() {
     fails(&["gyroid"], 1, &["unbounded", "gyroid", "box"]);
     fails(&["box", "box", "translate", "5,0,0"], 1, &["empty"]);
+    fails(&["box", "translate", "1e17,0,0"], 1, &["empty", "rounding"]);
+    fails(&["sign(x)", "density", "0.3", "box"], 1, &["density 0.3", "jump past the share"]);
     fails(&["-s", "0.1", "x-10", "complement", "box"], 1, &["empty"]);
-    fails(&["missing.stl", "box"], 1, &["missing.stl"]);
-    fails(&["-o", "no/such/folder/out.ply", "box"], 1, &["no/such/folder/out.ply"]);
+    fails(&["missing.stl", "box"], 1, &["missing.stl`: No such file; check its name"]);
+    let missing = ["no/such/folder/out.ply", "no folder `no/such/folder`; make it"];
+    fails(&["-o", "no/such/folder/out.ply", "box"], 1, &missing);
 }
 
 #[test]

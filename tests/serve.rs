@@ -124,10 +124,14 @@ fn a_reply_comes_before_the_next_request() {
 fn bad_lines_are_answered_and_end_nothing() {
     let good = r#"{"id": "good", "program": "box", "spacing": 1}"#;
     let cases: &[(&str, &str, &str)] = &[
-        ("not JSON", "line", "not JSON"),
-        ("{\"id\": 1", "line", "not JSON"),
-        ("null", "request", ""),
-        ("[1, 2]", "request", ""),
+        ("not JSON", "line", "can't be read as JSON"),
+        ("{\"id\": 1", "line", "can't be read as JSON"),
+        ("null", "request", "is an object"),
+        (
+            r#"["box", null, null, null, null, null, null, null, null, null]"#,
+            "request",
+            "is an object",
+        ),
         ("{}", "request", "program"),
         (r#"{"program": 5}"#, "request", "`program` must be"),
         (r#"{"program": "box", "colour": "red"}"#, "request", "colour"),

@@ -116,7 +116,7 @@ pub(super) struct MeshArguments {
 pub(super) struct OverhangArguments {
     /// Angle from straight down within which a face overhangs, in degrees; equations allowed
     /// [default: 45]
-    #[arg(long = "overhang", value_name = "DEGREES")]
+    #[arg(long = "overhang", value_name = "DEGREES", allow_negative_numbers = true)]
     pub(super) angle: Option<String>,
 
     /// Direction in which the part is built [default: 0,0,1]
@@ -282,7 +282,7 @@ pub(super) enum FormatArgument {
 #[derive(Debug, Args)]
 pub(super) struct WorkArguments {
     /// Grid spacing, one length or one an axis; equations allowed [default: longest side / 100]
-    #[arg(short, long, value_name = "S|SX,SY,SZ")]
+    #[arg(short, long, value_name = "S|SX,SY,SZ", allow_negative_numbers = true)]
     pub(super) spacing: Option<String>,
 
     /// Box to contour in place of the solid's own: least and greatest corner, equations allowed

@@ -1,6 +1,6 @@
 //! `alveole mesh`, and all of `cesogen`: program text to mesh file.
 
-use super::args::{MeshArguments, PrecisionArgument};
+use super::args::MeshArguments;
 use super::bar::with_bar;
 use super::output::Output;
 use super::report::{self, Trouble};
@@ -20,6 +20,7 @@ pub(super) fn run(name: &str, arguments: &MeshArguments) -> Result<(), Trouble> 
     let MeshArguments { output, precision, report: wanted, overhang, snap, work: common } =
         arguments;
     let format = format(output)?;
+    let precision = work::read_precision(*precision, format)?;
     let work::Work { job, settings } = work::prepare(name, common, &[output])?;
     let slivers = if *snap { Slivers::Removed } else { Slivers::Kept };
     let settings = Settings { slivers, ..settings };
@@ -32,10 +33,6 @@ pub(super) fn run(name: &str, arguments: &MeshArguments) -> Result<(), Trouble> 
             significant(longest_edge(&grid))
         ));
     }
-    let precision = precision.map(|precision| match precision {
-        PrecisionArgument::Single => Precision::Single,
-        PrecisionArgument::Double => Precision::Double,
-    });
     let target = Target { path: output, format, precision };
     let progress = Progress::new();
     let (_, report) =

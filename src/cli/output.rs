@@ -27,6 +27,17 @@ pub(super) enum OutputError {
         /// The system's reason.
         source: io::Error,
     },
+    /// There is no folder to write the output to.
+    #[error(
+        "cannot write `{}`: there is no folder `{}`; make it, or name another",
+        path.display(), folder.display()
+    )]
+    NoFolder {
+        /// The output as named by the user.
+        path: PathBuf,
+        /// The folder that is missing.
+        folder: PathBuf,
+    },
     /// The output is a folder.
     #[error("cannot write `{}`: it is a folder; name a file in it", path.display())]
     Folder {
@@ -70,6 +81,9 @@ impl Output {
             existing => {
                 let permissions = existing.ok().map(|data| data.permissions());
                 let folder = folder(&target).to_owned();
+                if fs::metadata(&folder).is_err_and(|e| e.kind() == io::ErrorKind::NotFound) {
+                    return Err(OutputError::NoFolder { path: named, folder });
+                }
                 let (file, temporary) = beside(&target, permissions).map_err(failed)?;
                 let replacement = Some((temporary, target));
                 Ok(Self { named, file, replacement, folder, seekable: true })
@@ -182,14 +196,10 @@ fn beside(target: &Path, permissions: Option<fs::Permissions>) -> io::Result<(Fi
     remove_leftovers(folder, &prefix);
     let mut builder = tempfile::Builder::new();
     builder.prefix(&prefix).suffix(UNFINISHED);
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        // The process' umask applies to this, as to any new file.
-        builder.permissions(fs::Permissions::from_mode(0o666));
-    }
+    // What the library opens itself is for its owner alone, and its errors name the temporary file.
+    let open = |path: &Path| File::options().read(true).write(true).create_new(true).open(path);
     interrupt::guard(|| {
-        let (file, path) = locked(|| Ok(builder.tempfile_in(folder)?.into_parts()))?;
+        let (file, path) = locked(|| Ok(builder.make_in(folder, open)?.into_parts()))?;
         let name = path.to_path_buf();
         if let Some(permissions) = permissions {
             fs::set_permissions(&path, permissions)?;
@@ -424,6 +434,18 @@ mod tests {
         assert_eq!(attempts, 3);
         assert!(is_at(&file, &path) && File::open(&path).unwrap().try_lock().is_err());
         assert_eq!(names(folder.path()).len(), 1);
+    }
+
+    #[test]
+    fn what_can_not_be_made_is_refused_without_a_word_of_temporary_files() {
+        let folder = tempfile::tempdir().unwrap();
+        let said = |path: &Path| Output::open(path).unwrap_err().to_string();
+        let missing = folder.path().join("missing");
+        let message = said(&missing.join("out.ply"));
+        assert!(message.contains(&format!("no folder `{}`", missing.display())), "{message}");
+        fs::write(folder.path().join("file"), b"").unwrap();
+        let message = said(&folder.path().join("file/out.ply"));
+        assert!(message.contains("directory") && !message.contains(UNFINISHED), "{message}");
     }
 
     #[test]

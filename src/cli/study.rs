@@ -1,8 +1,6 @@
 //! `alveole study`: what a solid loses on its way through files.
 
-use super::args::{
-    FormatArgument, HierarchyArguments, PassageArguments, PrecisionArgument, RoundtripArguments,
-};
+use super::args::{FormatArgument, HierarchyArguments, PassageArguments, RoundtripArguments};
 use super::bar::with_bar;
 use super::chart::{self, Fill, Labels, Mark, Series};
 use super::output::Output;
@@ -102,12 +100,8 @@ fn passage(arguments: &PassageArguments, scratch: &Scratch) -> Result<Passage, T
         FormatArgument::Obj => Format::Obj,
         FormatArgument::Off => Format::Off,
     };
-    let precision = match precision {
-        Some(PrecisionArgument::Double) if format == Format::Stl => {
-            return Err(work::wrong("--precision", "double", ValueFault::SingleOnly));
-        }
-        Some(PrecisionArgument::Double) => Precision::Double,
-        Some(PrecisionArgument::Single) => Precision::Single,
+    let precision = match work::read_precision(*precision, format)? {
+        Some(precision) => precision,
         None if format == Format::Stl => Precision::Single,
         None => Precision::Double,
     };

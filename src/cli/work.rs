@@ -1,12 +1,13 @@
 //! From the arguments of a command that contours to a job and its settings.
 
-use super::args::{OverhangArguments, WorkArguments};
+use super::args::{OverhangArguments, PrecisionArgument, WorkArguments};
 use super::output::Output;
 use super::report::{self, Trouble, ValueFault};
 use crate::geom::{Aabb, Axis};
 use crate::job::{Job, Settings, Spacing};
 use crate::lang;
 use crate::measure::Overhang;
+use crate::mesh::io::{Format, Precision};
 use crate::num::memory;
 use crate::vocabulary::Words;
 use glam::DVec3;
@@ -86,6 +87,21 @@ pub(super) fn remark(name: &str, arguments: &WorkArguments, job: &Job) {
     let used: HashSet<&str> = options.flat_map(|text| used_in(text)).collect();
     for unused in job.unused_parameters().iter().filter(|name| !used.contains(name.as_str())) {
         report::say(&format!("{name}: warning: the parameter `{unused}` is not used"));
+    }
+}
+
+/// Reads the precision of coordinates in a file of that format, if it is given.
+pub(super) fn read_precision(
+    argument: Option<PrecisionArgument>,
+    format: Format,
+) -> Result<Option<Precision>, Trouble> {
+    match argument {
+        Some(PrecisionArgument::Double) if format == Format::Stl => {
+            Err(wrong("--precision", "double", ValueFault::SingleOnly))
+        }
+        Some(PrecisionArgument::Double) => Ok(Some(Precision::Double)),
+        Some(PrecisionArgument::Single) => Ok(Some(Precision::Single)),
+        None => Ok(None),
     }
 }
 

@@ -39,6 +39,10 @@ pub const MAX_CELLS: usize = 1 << 18;
 /// Most bricks in a grid: positions of bricks fit in 32 bits.
 const MAX_BRICKS: u64 = 1 << 32;
 
+/// Least length of an edge, and greatest coordinate: the volumes of cells and of the box are
+/// numbers, and so are squares of areas.
+const LENGTHS: [f64; 2] = [1e-70, 1e70];
+
 /// Why a box and a spacing make no grid.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum GridError {
@@ -58,6 +62,22 @@ pub enum GridError {
         /// The axis at fault.
         axis: Axis,
         /// The spacing given.
+        spacing: f64,
+    },
+    /// Volumes would be too small or too large for numbers.
+    #[error(
+        "the box runs from {lo:e} to {hi:e} along {axis:?}, in edges of {spacing:e}; scale the \
+         model: coordinates must be below {most:e}, and edges above {least:e}",
+        least = LENGTHS[0], most = LENGTHS[1]
+    )]
+    Scale {
+        /// The axis at fault.
+        axis: Axis,
+        /// Lower bound.
+        lo: f64,
+        /// Upper bound.
+        hi: f64,
+        /// Length of an edge.
         spacing: f64,
     },
     /// There would be too many nodes along an axis.
@@ -248,6 +268,10 @@ fn line(axis: Axis, lo: f64, hi: f64, spacing: f64) -> Result<Line, GridError> {
     }
     let shortest = placed[1..=cells + 1].windows(2).map(|w| w[1] - w[0]);
     let shortest = shortest.fold(f64::INFINITY, f64::min);
+    let [least, most] = LENGTHS;
+    if shortest < least || lo.abs().max(hi.abs()) > most {
+        return Err(GridError::Scale { axis, lo, hi, spacing });
+    }
     Ok(Line { cells, placed, sampled, shortest })
 }
 
@@ -298,6 +322,10 @@ mod tests {
         assert!(matches!(cube(0.0, 1.0, 1e-9), Err(GridError::Cells { .. })));
         assert!(matches!(cube(0.0, 1.0, 1e-5), Err(GridError::Bricks { .. })));
         assert!(matches!(cube(1e15, 1e15 + 4.0, 1.0), Err(GridError::Rounding { .. })));
+        assert!(matches!(cube(0.0, 2e70, 1e69), Err(GridError::Scale { .. })));
+        assert!(matches!(cube(-2e70, -1e70, 1e69), Err(GridError::Scale { .. })));
+        assert!(matches!(cube(0.0, 1e-70, 0.5e-70), Err(GridError::Scale { .. })));
+        assert!(cube(0.0, 1e70, 1e69).is_ok() && cube(0.0, 3e-70, 1.5e-70).is_ok());
     }
 
     #[test]

@@ -90,7 +90,10 @@ impl From<BoundsFault> for Diagnostic {
                     .cure("move or scale one of them, or join them by `union`")
             }
             BoundsFault::Empty { apart: None, span } => {
-                Self::new("the solid is empty").at(span, "has no volume")
+                Self::new("the solid is empty").at(span, "has no volume").cure(
+                    "give it a size above zero, and less room to the origin if it is lost in the \
+                     rounding of coordinates there",
+                )
             }
             BoundsFault::Undefined { span } => {
                 Self::new("the size of the solid is not a finite number")

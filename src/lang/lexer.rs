@@ -77,6 +77,7 @@ pub fn lexemes(text: &str, span: Span) -> Result<Vec<(Lexeme<'_>, Span)>, Diagno
                     .at(here, "");
                 return Err(match plain_form(letter) {
                     Some(plain) => fault.cure(format!("write `{plain}`")),
+                    None if letter == '=' => fault.cure(EQUALITY),
                     None => fault,
                 });
             }
@@ -87,6 +88,10 @@ pub fn lexemes(text: &str, span: Span) -> Result<Vec<(Lexeme<'_>, Span)>, Diagno
     found.push((Lexeme::End, place(text.len(), text.len())));
     Ok(found)
 }
+
+/// What to write in place of an equality.
+const EQUALITY: &str = "an equation is a field, negative inside the solid: for the surface `a = b` \
+                        write `a-b`, or `b-a` for its other side";
 
 /// Length of the number at the beginning of `text`: digits, a point, and an exponent if digits
 /// follow it, so that the `e` of `2e` stays a name.

@@ -116,7 +116,8 @@ impl Server {
         let value: Value = match serde_json::from_slice(line) {
             Ok(value) => value,
             Err(error) => {
-                let error = ErrorReply::plain("line", format!("the line is not JSON: {error}"));
+                let error =
+                    ErrorReply::plain("line", format!("the line can't be read as JSON: {error}"));
                 return Reply { id: &Value::Null, outcome: Err(error) }.line();
             }
         };

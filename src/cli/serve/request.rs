@@ -158,6 +158,11 @@ enum PrecisionName {
 impl Request {
     /// The request that `value` is.
     pub(super) fn read(value: Value) -> Result<Self, ErrorReply> {
+        if !value.is_object() {
+            let message = "a request is an object".to_owned();
+            let cure = "write a line such as {\"program\": \"gyroid box\", \"measure\": \"all\"}";
+            return Err(ErrorReply::plain("request", message).cure(cure));
+        }
         let request: Self = serde_json::from_value(value)
             .map_err(|error| ErrorReply::plain("request", error.to_string()))?;
         if let Some(fault) = request.fault() {

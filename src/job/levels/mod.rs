@@ -52,6 +52,10 @@ const NO_PART: &str = "raising its level adds nothing to the whole. A skin may f
     or a word after it turns it round, as `complement` and `difference` do, or takes its surface \
     alone, as `shell` and `thickness` do: ask for the share that remains";
 
+/// Why a density can't be had where the level nearest to it leaves nothing in.
+const NOTHING: &str = "at the level nearest to it no node of the grid is in the solid. The field \
+    may jump past the share, or the solid be thinner than the grid sees: give a smaller spacing";
+
 /// Cells in which that value is looked for, and the most that is made of it.
 const PROBES: usize = 512;
 const FARTHEST: f64 = 1e300;
@@ -328,6 +332,10 @@ impl Search<'_> {
             if known.is_some() && change <= TOLERANCE || is_finest {
                 for density in &mut densities {
                     density.error = change.max(TOLERANCE);
+                }
+                let nothing = fractions.iter().zip(&densities).find(|(_, d)| d.found <= 0.0);
+                if let Some((fraction, _)) = nothing {
+                    return Err(self.job.no_density(fraction, NOTHING));
                 }
                 return Ok(densities);
             }

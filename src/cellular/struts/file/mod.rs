@@ -87,7 +87,7 @@ pub enum Cause {
         what: &'static str,
     },
     /// It has no edge and no face.
-    #[error("it has no edge and no face; a line such as `edge a b` makes a strut")]
+    #[error("it has no edge and no face; an edge makes a strut, a face a plate")]
     Empty,
     /// A line begins with none of the words.
     #[error("`{word}` begins no line; lines begin with `node`, `edge` or `face`")]
@@ -230,7 +230,7 @@ mod tests {
         let check = |text: &str, expected: &str| check(Format::Plain, text, expected);
         let nodes = "node a 0 0 0\nnode b 1 0 0\nnode c 1 1 0\nnode d 0 1 0.1\nnode e 0.9 0.1 0\n";
         let with = |line: &str| format!("{nodes}{line}");
-        check("", "it has no edge and no face; a line such as `edge a b` makes a strut");
+        check("", "it has no edge and no face; an edge makes a strut, a face a plate");
         check(
             "knot a",
             "line 1, column 1: `knot` begins no line; lines begin with `node`, `edge` or `face`",
