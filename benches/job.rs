@@ -35,6 +35,14 @@ fn main() {
             job.totals(&settings, &Progress::new()).unwrap().relative_density
         });
     });
+    // As near to the solid as the totals are, and nearer, on a third of the nodes.
+    let coarse = Settings::with_spacing(2.0 / 32.0);
+    group.bench_function("field", |bencher| {
+        bencher.iter(|| {
+            change(&mut job);
+            job.field_measures(&coarse, &Progress::new()).unwrap().volume.value
+        });
+    });
     group.bench_function("mesh", |bencher| {
         bencher.iter(|| {
             change(&mut job);

@@ -135,8 +135,8 @@ pub(super) struct MeasureArguments {
     #[arg(long)]
     pub(super) gradient: bool,
 
-    /// Measure the solid itself, with likely errors, instead of its mesh; with derivatives of its
-    /// volume by each `--param`
+    /// Measure the solid itself, with likely errors, of fourth order where it is smooth, instead of its
+    /// mesh; with derivatives of its volume by each `--param`
     #[arg(long, conflicts_with = "gradient")]
     pub(super) field: bool,
 

@@ -4,6 +4,7 @@
 //! Measures of a mesh by itself (quality, topology) are in [`Measures`](crate::mesh::Measures);
 //! here is what also needs the field or the box, or what needs no mesh to be kept.
 
+mod bulge;
 pub mod deviation;
 pub mod gradient;
 pub mod overhang;
