@@ -349,11 +349,11 @@ fn radii_are_parameters_and_densities_are_solved_for() {
     }
     let program = "sphere octet fill size 0.8 density 0.25 skin 0.1";
     let job = common::job(program);
-    let settings = Settings::with_spacing(0.03);
+    let settings = Settings::with_spacing(0.02);
     let found = job.field_measures(&settings, &Progress::new()).unwrap().volume.value;
     let ball = |radius: f64| 4.0 / 3.0 * PI * radius.powi(3);
     let expected = ball(1.0) - 0.75 * ball(0.9);
-    assert!((found / expected - 1.0).abs() < 5e-3, "{found}, not {expected}");
+    assert!((found / expected - 1.0).abs() < 1e-3, "{found}, not {expected}");
 }
 
 #[test]

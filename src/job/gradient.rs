@@ -8,13 +8,13 @@ use super::kept::{Envelope, Kept, KeptRates};
 use super::level_rates::LevelRates;
 use super::{Error, Job, Report, Settings, Spacing};
 use crate::contour::{self, Grid};
-use crate::eval::Bound;
 use crate::eval::rates::{Across, BoundRates};
+use crate::eval::{Bound, interpret};
 use crate::expr::{Graph, NodeId, ParameterId};
 use crate::geom::Axis;
 use crate::measure::quadrature::{self, Estimate};
 use crate::measure::{self, GridMotion};
-use crate::num::Progress;
+use crate::num::{Interval, Progress};
 use std::time::{Duration, Instant};
 
 /// The quantities of a solid that have derivatives; or the derivatives.
@@ -196,7 +196,12 @@ impl Job {
             None => None,
             Some(kept) => {
                 let field = envelope_with_rates(field, kept);
-                Some(field.quadrature(&[], &[], settings, progress)?.0.volume)
+                let volume = if field.fills_the_box()? {
+                    box_volume
+                } else {
+                    field.quadrature(&[], &[], settings, progress)?.0.volume
+                };
+                Some(volume)
             }
         };
         let by = (self.parameters().iter().zip(&found.volume_by).zip(&own.rates))
@@ -348,6 +353,19 @@ impl Field<'_> {
         self.with_rates(slots, Across::Both, settings, |bound, rates, chosen| {
             quadrature::quadrature(bound, rates, motions, self.grid, chosen, progress)
         })
+    }
+
+    /// Whether every node of the grid lies inside, by the range of the field over all of them.
+    fn fills_the_box(&self) -> Result<bool, Error> {
+        let sides = Axis::ALL.map(|axis| {
+            let line = self.grid.sampled(axis);
+            [Interval::new(line[0], line[line.len() - 1])]
+        });
+        let at = sides.each_ref().map(<[Interval; 1]>::as_slice);
+        let mut range = [Interval::point(0.0)];
+        interpret::enclose(self.graph, &[self.field], at, &self.values, &mut range)
+            .map_err(contour::Error::from)?;
+        Ok(range[0].is_inside())
     }
 
     /// The solid's volume and its derivatives by the parameters `slots`, which do not move the box.

@@ -40,7 +40,7 @@
 //! Source: Richardson 1911, doi:10.1098/rsta.1911.0009; the surface integral is Reynolds' transport
 //! theorem.
 
-use super::bulge::{Bulge, Crease, Piece, bulge, sliver};
+use super::bulge::{Bulge, Found, LANES, Looking, Pieces, sliver};
 use super::gradient::{BATCH, Crossings, CrossingsMemory, GridMotion};
 use crate::contour::sweep::{Patch, Visitor, is_own, sweep};
 use crate::contour::{Error, Grid, Report, Settings};
@@ -50,6 +50,7 @@ use crate::eval::sampler::Failure;
 use crate::geom::Axis;
 use crate::num::Progress;
 use glam::DVec3;
+use pulp::Arch;
 
 /// A number with its likely error.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
@@ -147,7 +148,7 @@ fn summed<S: Sampler>(
     });
     let origin = DVec3::from_array(ends.map(|[lo, hi]| 0.5 * (lo + hi)));
     let crossings = Crossings::new(rates, grid);
-    let visitor = Cutter { crossings, motions, errors, ends, origin };
+    let visitor = Cutter { crossings, motions, errors, ends, origin, arch: Arch::new() };
     let (sums, report) = sweep(sampler, grid, settings, progress, &visitor)?;
     let mut total = visitor.zero();
     for part in sums {
@@ -219,6 +220,7 @@ struct Cutter<'a> {
     ends: [[f64; 2]; 3],
     /// The point that tetrahedra share.
     origin: DVec3,
+    arch: Arch,
 }
 
 /// Memory of a [`Cutter`].
@@ -228,6 +230,8 @@ struct Memory {
     normals: Vec<DVec3>,
     /// Normal velocities of the vertices, one run of them a parameter.
     velocities: Vec<f64>,
+    /// The outer planes that vertices lie in; see [`Cutter::planes`].
+    planes: Vec<u8>,
 }
 
 impl Visitor for Cutter<'_> {
@@ -237,7 +241,8 @@ impl Visitor for Cutter<'_> {
 
     fn memory(&self) -> Memory {
         let crossings = self.crossings.memory();
-        Memory { crossings, normals: Vec::new(), velocities: Vec::new() }
+        let (normals, velocities, planes) = (Vec::new(), Vec::new(), Vec::new());
+        Memory { crossings, normals, velocities, planes }
     }
 
     fn zero(&self) -> Sums {
@@ -252,8 +257,10 @@ impl Visitor for Cutter<'_> {
             sum.unresolved += velocities(&self.crossings, self.motions.len(), memory, patch)?;
         }
         let Sums { levels: [fine, coarse], hidden, creased, unresolved: _ } = sum;
-        self.include(patch, patch.triangles, &memory.velocities, fine);
-        self.include(patch, patch.coarse, &memory.velocities, coarse);
+        memory.planes.clear();
+        memory.planes.extend(patch.positions.iter().map(|point| self.planes(point)));
+        self.include(patch, patch.triangles, memory, fine);
+        self.include(patch, patch.coarse, memory, coarse);
         if self.errors == Errors::Estimated {
             self.bend(patch, patch.triangles, memory, fine, Some((hidden, creased)));
             self.bend(patch, patch.coarse, memory, coarse, None);
@@ -268,7 +275,7 @@ impl Cutter<'_> {
         &self,
         patch: &Patch<'_>,
         triangles: &[[u32; 3]],
-        velocities: &[f64],
+        memory: &Memory,
         level: &mut Level,
     ) {
         let (mut volume, mut area) = (0.0, 0.0);
@@ -281,15 +288,14 @@ impl Cutter<'_> {
             if self.motions.is_empty() {
                 continue;
             }
-            let cut = self.cut([a, b, c]);
+            let planes = corners.iter().fold(!0, |all, v| all & memory.planes[*v as usize]);
             for (k, (motion, by)) in self.motions.iter().zip(&mut level.volume_by).enumerate() {
-                let speed = match cut {
-                    Some((axis, End::Lower)) => -motion.lo[axis],
-                    Some((axis, End::Upper)) => motion.hi[axis],
-                    None => {
-                        let own = &velocities[k * patch.positions.len()..];
-                        corners.iter().map(|v| own[*v as usize]).sum::<f64>() / 3.0
-                    }
+                let speed = if planes == 0 {
+                    let own = &memory.velocities[k * patch.positions.len()..];
+                    corners.iter().map(|v| own[*v as usize]).sum::<f64>() / 3.0
+                } else {
+                    let (axis, is_upper) = plane(planes);
+                    if is_upper { motion.hi[axis] } else { -motion.lo[axis] }
                 };
                 *by += 0.5 * doubled_area * speed;
             }
@@ -309,74 +315,79 @@ impl Cutter<'_> {
         mut hidden: Option<(&mut Level, &mut Bulge)>,
     ) {
         let stride = patch.positions.len();
-        for corners in triangles {
-            let points = corners.map(|v| DVec3::from_array(patch.positions[v as usize]));
-            if self.cut(points).is_some() {
-                continue;
+        let mut pieces: Pieces = [[[[0.0; LANES]; 3]; 3]; 2];
+        let mut found = Found::default();
+        for run in triangles.chunks(LANES) {
+            for (lane, corners) in run.iter().enumerate() {
+                for (i, v) in corners.iter().enumerate() {
+                    let (position, normal) =
+                        (patch.positions[*v as usize], memory.normals[*v as usize].to_array());
+                    for axis in 0..3 {
+                        pieces[0][i][axis][lane] = position[axis];
+                        pieces[1][i][axis][lane] = normal[axis];
+                    }
+                }
             }
-            let piece = Piece::new(points);
-            let normals = corners.map(|v| memory.normals[v as usize]);
-            let smooth = bulge(&piece, normals);
-            if let Some((beyond, _)) = smooth {
-                level.volume += beyond.volume;
-                level.area += beyond.area + self.slivers(&piece, normals);
-            }
-            let Some((hidden, creased)) = &mut hidden else { continue };
-            let crease = Crease::new(&piece, normals);
-            let doubt = smooth.map_or(crease.hides, |(_, doubt)| doubt);
-            hidden.volume += doubt.volume;
-            hidden.area += doubt.area;
-            if smooth.is_none() {
-                creased.add(doubt);
-            }
-            for (k, by) in hidden.volume_by.iter_mut().enumerate() {
-                let speeds = corners.map(|v| memory.velocities[k * stride + v as usize]);
-                let [least, most] =
-                    [f64::min, f64::max].map(|pick| pick(pick(speeds[0], speeds[1]), speeds[2]));
-                let mean = speeds.iter().map(|speed| speed.abs()).sum::<f64>() / 3.0;
-                *by += piece.area * (mean * crease.excess + 0.5 * (most - least) * crease.sine);
+            self.arch.dispatch(Looking { pieces: &pieces, found: &mut found });
+            for (lane, corners) in run.iter().enumerate() {
+                let over = found.over(lane);
+                let planes = corners.map(|v| memory.planes[v as usize]);
+                if planes[0] & planes[1] & planes[2] != 0 {
+                    continue;
+                }
+                level.volume += over.bulge.volume;
+                level.area += over.bulge.area;
+                if over.is_smooth && planes.iter().filter(|planes| **planes != 0).count() > 1 {
+                    level.area += slivers(patch, memory, *corners);
+                }
+                let Some((hidden, creased)) = &mut hidden else { continue };
+                hidden.volume += over.doubt.volume;
+                hidden.area += over.doubt.area;
+                if !over.is_smooth {
+                    creased.add(over.doubt);
+                }
+                for (k, by) in hidden.volume_by.iter_mut().enumerate() {
+                    let speeds = corners.map(|v| memory.velocities[k * stride + v as usize]);
+                    let [least, most] = [f64::min, f64::max]
+                        .map(|pick| pick(pick(speeds[0], speeds[1]), speeds[2]));
+                    let mean = speeds.iter().map(|speed| speed.abs()).sum::<f64>() / 3.0;
+                    *by += over.area * (mean * over.excess + 0.5 * (most - least) * over.sine);
+                }
             }
         }
     }
 
-    /// What the rim of a flat cut has beyond the sides of a piece.
-    fn slivers(&self, piece: &Piece, normals: [DVec3; 3]) -> f64 {
-        let mut area = 0.0;
-        for i in 0..3 {
-            let j = (i + 1) % 3;
-            let ends = [piece.corners[i], piece.corners[j], piece.corners[j]];
-            if let Some((axis, end)) = self.cut(ends) {
-                let outward = match end {
-                    End::Lower => -DVec3::AXES[axis],
-                    End::Upper => DVec3::AXES[axis],
-                };
-                area += sliver(piece, normals, [i, j], outward);
-            }
-        }
-        area
-    }
-
-    /// The outer plane that a piece lies in: its axis and end.
-    fn cut(&self, [a, b, c]: [DVec3; 3]) -> Option<(usize, End)> {
-        (0..3).find_map(|axis| {
-            let [lo, hi] = self.ends[axis];
-            let all = |end: f64| a[axis] == end && b[axis] == end && c[axis] == end;
-            if all(lo) {
-                Some((axis, End::Lower))
-            } else if all(hi) {
-                Some((axis, End::Upper))
-            } else {
-                None
-            }
-        })
+    /// The outer planes that a point lies in, a bit each: the lower and the upper of x, y and z.
+    fn planes(&self, point: &[f64; 3]) -> u8 {
+        (0..6)
+            .map(|plane| u8::from(point[plane / 2] == self.ends[plane / 2][plane % 2]) << plane)
+            .sum()
     }
 }
 
-/// An end of the box along an axis.
-#[derive(Clone, Copy)]
-enum End {
-    Lower,
-    Upper,
+/// What the rim of a flat cut has beyond the sides of a triangle of `patch`.
+fn slivers(patch: &Patch<'_>, memory: &Memory, corners: [u32; 3]) -> f64 {
+    let points = corners.map(|v| DVec3::from_array(patch.positions[v as usize]));
+    let normals = corners.map(|v| memory.normals[v as usize]);
+    let [a, b, c] = points;
+    let normal = (b - a).cross(c - a).normalize_or_zero();
+    let mut area = 0.0;
+    for i in 0..3 {
+        let j = (i + 1) % 3;
+        let shared = memory.planes[corners[i] as usize] & memory.planes[corners[j] as usize];
+        if shared != 0 {
+            let (axis, is_upper) = plane(shared);
+            let outward = if is_upper { DVec3::AXES[axis] } else { -DVec3::AXES[axis] };
+            area += sliver(normal, [points[i], points[j]], [normals[i], normals[j]], outward);
+        }
+    }
+    area
+}
+
+/// The first of some planes: its axis, and whether it is the upper one.
+const fn plane(planes: u8) -> (usize, bool) {
+    let number = planes.trailing_zeros() as usize;
+    (number / 2, number % 2 == 1)
 }
 
 /// Finds normals and normal velocities of a patch's vertices; returns how many of the brick's own have none.
@@ -386,7 +397,7 @@ fn velocities(
     memory: &mut Memory,
     patch: &Patch<'_>,
 ) -> Result<u64, Failure> {
-    let Memory { crossings: own, normals, velocities } = memory;
+    let Memory { crossings: own, normals, velocities, planes: _ } = memory;
     let stride = patch.positions.len();
     velocities.clear();
     velocities.resize(stride * count, 0.0);
