@@ -12,6 +12,7 @@ use alveole::contour::Settings;
 use alveole::eval::rates::Across;
 use alveole::eval::{Engine, Program};
 use alveole::expr::{Graph, NodeId};
+use alveole::job::{Job, Settings as JobSettings};
 use alveole::measure::quadrature::{Estimate, FieldMeasures, quadrature};
 use alveole::num::Progress;
 use alveole::solid::{Solid, primitives};
@@ -190,6 +191,24 @@ fn half_of_a_period_is_inside_the_gyroid() {
         // Twice the size holds eight times the volume, the surface with it.
         let by_scale = found.volume_by[0];
         assert!(error(by_scale, 12.0) <= by_scale.error.max(1e-3), "{found:?}");
+    }
+}
+
+#[test]
+fn a_gyroid_that_the_box_cuts_is_measured_as_by_the_limit_of_meshes() {
+    let job = Job::parse("gyroid dilate 0.35 box").unwrap();
+    let mesh = |spacing: f64| {
+        let found = job.totals(&JobSettings::with_spacing(spacing), &Progress::new()).unwrap();
+        [found.volume, found.area]
+    };
+    let [finest, finer, coarse] = [0.01, 0.02, 0.05].map(mesh);
+    let found = job.field_measures(&JobSettings::with_spacing(0.05), &Progress::new()).unwrap();
+    for (i, found) in [found.volume, found.area].into_iter().enumerate() {
+        let limit = finest[i] + (finest[i] - finer[i]) / 3.0;
+        let off = error(found, limit) / limit;
+        assert!(off < [2e-5, 6e-5][i], "{off}");
+        assert!(50.0 * off < (coarse[i] / limit - 1.0).abs(), "{off}, {coarse:?}, {limit}");
+        assert!(off < found.error / limit, "{found:?}, {limit}");
     }
 }
 

@@ -17,11 +17,11 @@
 //! them. At creases the volume is of second order, the area and the derivatives of first. A part
 //! thinner than a cell is not seen.
 //!
-//! **Error.** [`Estimate::error`] has two parts. One is |Q_h - Q_2h|, half of it on smooth surfaces: three
-//! and seven times what the extrapolation changes. The other adds up over the pieces what may be hidden, where nothing cancels: on smooth surfaces what
-//! the gradients at two ends of a side say of the bulge between them and do not agree on, a part h³;
-//! at creases, with t the angle between a piece and the gradient at its corners, area A and longest
-//! side s,
+//! **Error.** [`Estimate::error`] has two parts. One is |Q_h - Q_2h|, half of it on smooth surfaces:
+//! three and seven times what the extrapolation changes. The other adds up over the pieces what may
+//! be hidden, where nothing cancels: on smooth surfaces what the gradients at two ends of a side
+//! say of the bulge between them and do not agree on, a part h³; at creases, with t the angle
+//! between a piece and the gradient at its corners, area A and longest side s,
 //!
 //! > A s tan(t) / 4 of volume and A (1 / cos(t) - 1) of area:
 //!
