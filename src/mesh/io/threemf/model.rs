@@ -36,6 +36,8 @@ const EXTENSIONS: [&str; 3] = [
 pub(super) struct Model {
     /// The parts it consists of, the root first.
     pub(super) parts: Vec<Part>,
+    /// Their numbers, by name.
+    numbers: FxHashMap<String, u32>,
     pub(super) objects: FxHashMap<Name, Object>,
     pub(super) items: Vec<Instance>,
 }
@@ -43,8 +45,9 @@ pub(super) struct Model {
 impl Model {
     /// A model whose root is the part `name`, of which nothing is read yet.
     pub(super) fn new(name: String) -> Self {
+        let numbers = FxHashMap::from_iter([(name.clone(), 0)]);
         let parts = vec![Part { name, unit: 1.0 }];
-        Self { parts, objects: FxHashMap::default(), items: Vec::new() }
+        Self { parts, numbers, objects: FxHashMap::default(), items: Vec::new() }
     }
 }
 
@@ -286,17 +289,17 @@ impl Parser<'_, '_> {
         if self.part > 0 {
             return Err(syntax("no path outside of the root model", Some(name.as_bytes())));
         }
-        let parts = &mut self.model.parts;
-        // Writers name the objects of one part together.
-        let known = parts.iter().rposition(|part| part.name == name);
-        let number = known.unwrap_or(parts.len());
-        if number >= MOST_PARTS {
+        let Model { parts, numbers, .. } = &mut *self.model;
+        if let Some(number) = numbers.get(name) {
+            return Ok(*number);
+        }
+        if parts.len() >= MOST_PARTS {
             return Err(Fault::TooLarge { what: "the model has too many parts" });
         }
-        if known.is_none() {
-            parts.push(Part { name: name.to_owned(), unit: 1.0 });
-        }
-        Ok(number as u32)
+        let number = parts.len() as u32;
+        parts.push(Part { name: name.to_owned(), unit: 1.0 });
+        numbers.insert(name.to_owned(), number);
+        Ok(number)
     }
 }
 
