@@ -63,7 +63,7 @@ fn check_text(program: &lang::Program) {
     let again = read(&printed).unwrap_or_else(|fault| panic!("{printed:?}: {fault}"));
     assert_eq!(program.items, again.items, "{printed:?}");
     assert_eq!(values(program).map(same_nan), values(&again).map(same_nan), "{printed:?}");
-    let bounds = |p: &lang::Program| p.solid.bounds(&p.graph, &[0.5]);
+    let bounds = |p: &lang::Program| p.solid.bounds(&p.graph, &parameters(p));
     assert_eq!(bounds(program), bounds(&again), "{printed:?}");
 }
 
@@ -72,8 +72,13 @@ fn values(program: &lang::Program) -> Result<[f64; 3], Failure> {
     let at: [&[f64]; 3] = [&[0.0, 0.3, -7.5], &[0.0, -0.7, 1e3], &[0.0, 0.2, -1e-3]];
     let mut values = [0.0; 3];
     let field = [program.solid.field];
-    interpret::points(&program.graph, &field, at, &[0.5], &mut [&mut values])?;
+    interpret::points(&program.graph, &field, at, &parameters(program), &mut [&mut values])?;
     Ok(values)
+}
+
+/// The values of the parameters: that of `t`, and the first ones of levels that densities want found.
+fn parameters(program: &lang::Program) -> Vec<f64> {
+    program.graph.parameters().iter().map(|(_, value)| *value).collect()
 }
 
 /// The bits of values, one pattern for every NaN.
@@ -84,13 +89,14 @@ fn same_nan(values: [f64; 3]) -> [u64; 3] {
 /// The solid's mesh is closed, oriented, manifold, in its box, and the same sparse and dense.
 fn check_mesh(program: &lang::Program) {
     let whole = Aabb::new(DVec3::splat(-1.0), DVec3::splat(1.0));
-    let bounds = program.solid.finite_bounds(&program.graph, &[0.5]).unwrap_or(whole);
+    let parameters = parameters(program);
+    let bounds = program.solid.finite_bounds(&program.graph, &parameters).unwrap_or(whole);
     let spacing = DVec3::splat(bounds.size().max_element() / CELLS);
     let Ok(grid) = Grid::new(bounds, spacing) else { return };
     let field = Program::new(&program.graph, program.solid.field, Engine::Interpreter)
         .expect("the interpreter runs everything");
     let tables = Axis::ALL.map(|axis| grid.sampled(axis).to_vec());
-    let bound = field.bind(tables, &[0.5]);
+    let bound = field.bind(tables, &parameters);
     let mesh = |pruning: Pruning| -> Option<Mesh> {
         let mut sink = Collect::default();
         let settings = contour::Settings { pruning, memory: None };
