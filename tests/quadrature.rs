@@ -12,10 +12,12 @@ use alveole::contour::Settings;
 use alveole::eval::rates::Across;
 use alveole::eval::{Engine, Program};
 use alveole::expr::{Graph, NodeId};
+use alveole::geom::Aabb;
 use alveole::job::{Job, Settings as JobSettings};
 use alveole::measure::quadrature::{Estimate, FieldMeasures, quadrature};
 use alveole::num::Progress;
 use alveole::solid::{Solid, primitives};
+use glam::DVec3;
 use model::{Model, Random, surface};
 use std::f64::consts::PI;
 
@@ -209,6 +211,23 @@ fn a_gyroid_that_the_box_cuts_is_measured_as_by_the_limit_of_meshes() {
         assert!(off < [2e-5, 6e-5][i], "{off}");
         assert!(50.0 * off < (coarse[i] / limit - 1.0).abs(), "{off}, {coarse:?}, {limit}");
         assert!(off < found.error / limit, "{found:?}, {limit}");
+    }
+}
+
+#[test]
+fn a_ball_of_a_field_that_jumps_is_extrapolated_from_flat_pieces() {
+    // Crossings have no gradients: nothing is known of bulges, and errors are of second order.
+    let job = Job::parse("floor(10*sqrt(x^2+y^2+z^2))-7.5").unwrap();
+    let bounds = Some(Aabb::new(DVec3::splat(-1.0), DVec3::splat(1.0)));
+    let settings = JobSettings { bounds, ..JobSettings::with_spacing(0.043) };
+    let found = job.field_measures(&settings, &Progress::new()).unwrap();
+    assert!(found.unresolved > 0);
+    let r = 0.8_f64;
+    for (found, truth) in
+        [(found.volume, 4.0 / 3.0 * PI * r.powi(3)), (found.area, 4.0 * PI * r * r)]
+    {
+        let off = error(found, truth);
+        assert!(off < found.error && off < 1e-4 * truth, "{off}: {found:?}, {truth}");
     }
 }
 

@@ -11,7 +11,8 @@
 //! > Q = Q_h + (Q_h - Q_2h) / 15, at creases Q = Q_h + (Q_h - Q_2h) / 3
 //!
 //! is what is returned (Richardson's extrapolation); in between as far as creases explain the
-//! difference. [`volume`] and derivatives of the volume do without gradients and take a third.
+//! difference, and wholly where the field has no gradients to go by. [`volume`] and derivatives of the
+//! volume are of flat pieces, and take a third.
 //!
 //! **Order.** Volume and area are of fourth order, about, on smooth surfaces, however the box cuts
 //! them. At creases the volume is of second order, the area and the derivatives of first. A part
@@ -94,21 +95,27 @@ pub fn quadrature<S: Sampler>(
     progress: &Progress,
 ) -> Result<(FieldMeasures, Report), Error> {
     let (total, report) =
-        summed(sampler, (rates, motions), Errors::Estimated, grid, settings, progress)?;
-    let Sums { levels: [fine, coarse], hidden, creased, unresolved: _ } = &total;
+        summed(sampler, (rates, motions), Beyond::Found, grid, settings, progress)?;
+    let Sums { levels: [fine, coarse], hidden, creased, unresolved } = &total;
+    let creased = if *unresolved == 0 {
+        *creased
+    } else {
+        Bulge { volume: f64::INFINITY, area: f64::INFINITY }
+    };
     let measures = FieldMeasures {
         volume: refined(fine.volume, coarse.volume, hidden.volume, creased.volume),
         area: refined(fine.area, coarse.area, hidden.area, creased.area),
         volume_by: (fine.volume_by.iter().zip(&coarse.volume_by).zip(&hidden.volume_by))
             .map(|((fine, coarse), hidden)| extrapolated(*fine, *coarse, *hidden))
             .collect(),
-        unresolved: total.unresolved,
+        unresolved: *unresolved,
     };
     Ok((measures, report))
 }
 
-/// The volume as [`quadrature`] finds it, and its derivatives, without saying how far they are from the
-/// truth: for those who solve for a volume.
+/// The volume of flat pieces, extrapolated, and its derivatives, without saying how far they are from
+/// the truth: for those who solve for a volume. No gradients are asked for; where the box cuts the
+/// surface it is of second order.
 ///
 /// # Errors
 /// [`Error`] when the field can't be evaluated or the work is cancelled.
@@ -124,7 +131,7 @@ pub fn volume<S: Sampler>(
     progress: &Progress,
 ) -> Result<((f64, Vec<f64>), Report), Error> {
     let (total, report) =
-        summed(sampler, (rates, motions), Errors::Ignored, grid, settings, progress)?;
+        summed(sampler, (rates, motions), Beyond::Ignored, grid, settings, progress)?;
     let Sums { levels: [fine, coarse], .. } = &total;
     let value = |fine: f64, coarse: f64| extrapolated(fine, coarse, 0.0).value;
     let by = fine.volume_by.iter().zip(&coarse.volume_by);
@@ -136,7 +143,7 @@ pub fn volume<S: Sampler>(
 fn summed<S: Sampler>(
     sampler: &S,
     (rates, motions): (&BoundRates, &[GridMotion]),
-    errors: Errors,
+    beyond: Beyond,
     grid: &Grid,
     settings: &Settings,
     progress: &Progress,
@@ -148,7 +155,7 @@ fn summed<S: Sampler>(
     });
     let origin = DVec3::from_array(ends.map(|[lo, hi]| 0.5 * (lo + hi)));
     let crossings = Crossings::new(rates, grid);
-    let visitor = Cutter { crossings, motions, errors, ends, origin, arch: Arch::new() };
+    let visitor = Cutter { crossings, motions, beyond, ends, origin, arch: Arch::new() };
     let (sums, report) = sweep(sampler, grid, settings, progress, &visitor)?;
     let mut total = visitor.zero();
     for part in sums {
@@ -169,7 +176,7 @@ fn extrapolated(fine: f64, coarse: f64, hidden: f64) -> Estimate {
 }
 
 /// The limit of a sequence of fourth order, or of second as far as `creased`, which is a part of what is
-/// hidden, explains the change.
+/// hidden, explains the change; all of it where crossings have no gradients.
 fn refined(fine: f64, coarse: f64, hidden: f64, creased: f64) -> Estimate {
     let change = fine - coarse;
     let share = if creased < change.abs() { creased / change.abs() } else { 1.0 };
@@ -205,17 +212,17 @@ struct Sums {
     unresolved: u64,
 }
 
-/// Whether it is found out how far sums are from the truth.
+/// Whether it is found out what lies beyond flat pieces, and how far sums are from the truth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Errors {
-    Estimated,
+enum Beyond {
+    Found,
     Ignored,
 }
 
 struct Cutter<'a> {
     crossings: Crossings<'a>,
     motions: &'a [GridMotion],
-    errors: Errors,
+    beyond: Beyond,
     /// Ends of the box along each axis.
     ends: [[f64; 2]; 3],
     /// The point that tetrahedra share.
@@ -253,7 +260,7 @@ impl Visitor for Cutter<'_> {
     }
 
     fn visit(&self, memory: &mut Memory, patch: &Patch<'_>, sum: &mut Sums) -> Result<(), Failure> {
-        if self.errors == Errors::Estimated || !self.motions.is_empty() {
+        if self.beyond == Beyond::Found || !self.motions.is_empty() {
             sum.unresolved += velocities(&self.crossings, self.motions.len(), memory, patch)?;
         }
         let Sums { levels: [fine, coarse], hidden, creased, unresolved: _ } = sum;
@@ -261,7 +268,7 @@ impl Visitor for Cutter<'_> {
         memory.planes.extend(patch.positions.iter().map(|point| self.planes(point)));
         self.include(patch, patch.triangles, memory, fine);
         self.include(patch, patch.coarse, memory, coarse);
-        if self.errors == Errors::Estimated {
+        if self.beyond == Beyond::Found {
             self.bend(patch, patch.triangles, memory, fine, Some((hidden, creased)));
             self.bend(patch, patch.coarse, memory, coarse, None);
         }

@@ -143,8 +143,11 @@ const NO_CORNERS: &str = "a list of integers vertex_indices in the element of th
 fn strips(corners: &[i64], assembly: &mut Assembly<'_>) -> Result<(), Fault> {
     for strip in corners.split(|corner| *corner < 0) {
         for (number, window) in strip.windows(3).enumerate() {
-            let [a, b, c] = [window[0], window[1], window[2]];
-            assembly.face(&if number % 2 == 0 { [a, b, c] } else { [b, a, c] })?;
+            let mut corners = [window[0], window[1], window[2]];
+            if number % 2 == 1 {
+                corners.swap(0, 1);
+            }
+            assembly.face(&corners)?;
         }
     }
     Ok(())
