@@ -329,6 +329,54 @@ fn the_density_of_a_field_that_jumps_in_a_mesh_is_the_one_reached() {
 }
 
 #[test]
+fn densities_of_thin_walls_and_of_many_cells_are_right() {
+    // Levels of one cell from twenty million points of an R-sequence, apart from this crate, which give
+    // shares to 1e-5; what a level of the whole is off is divided by the slope there.
+    for (lattice, scale, share, level, slope) in [
+        ("gyroid", 0.1, 0.3, -0.616255, 0.3225),
+        ("gyroid", 0.05, 0.3, -0.616255, 0.3225),
+        ("gyroid sheet", 1.0, 0.005, 0.0077505, 0.645),
+        ("gyroid sheet", 1.0, 0.05, 0.0776635, 0.645),
+        ("gyroid sheet", 0.25, 0.05, 0.0776635, 0.645),
+    ] {
+        let program = format!("{lattice} scale {scale} density {share} box");
+        let [found] = densities(&Job::parse(&program).unwrap())[..] else { panic!("one density") };
+        let error = slope * (found.level / scale - level).abs();
+        assert!(error <= found.error && found.error < 1.5e-4, "{program}: {error:e}, {found:?}");
+    }
+}
+
+#[test]
+fn densities_do_not_depend_on_those_solved_for_before_nor_on_units() {
+    let text = "gyroid scale 0.5*s density 0.3 p-surface scale 0.4*s density 0.2 union box scale s";
+    let at = |job: &Job, s: f64| {
+        let found = job.totals(&Settings::with_spacing(0.08 * s), &Progress::new()).unwrap();
+        found.report.densities
+    };
+    // The same solid in other units, by a power of two.
+    let s = 1.0 / 1024.0;
+    let mut job = Job::parse_with(text, &[("s", s)]).unwrap();
+    let small = at(&job, s);
+    job.set_parameter("s", 1.0).unwrap();
+    let large = at(&job, 1.0);
+    for (small, large) in small.iter().zip(&large) {
+        assert!((small.level / s / large.level - 1.0).abs() < 1e-6, "{small:?} {large:?}");
+    }
+    assert_eq!(large, at(&Job::parse_with(text, &[("s", 1.0)]).unwrap(), 1.0));
+}
+
+#[test]
+fn derivatives_by_a_density_that_jumps_are_refused() {
+    for text in ["'floor(4*x)/4' density t box", "gyroid density 0.9+t box"] {
+        let job = Job::parse_with(text, &[("t", 0.0999)]).unwrap();
+        let (settings, progress) = (Settings::with_spacing(0.2), Progress::new());
+        let found = job.gradient(&settings, &progress);
+        let fault = found.unwrap_err();
+        assert!(matches!(fault, alveole::job::Error::Density { .. }), "{text}: {fault}");
+    }
+}
+
+#[test]
 fn densities_do_not_depend_on_how_large_the_values_of_the_field_are() {
     for (program, side, spacing, error) in [
         ("'1e7*x' density 0.3 box", 2.0_f64, 0.1, 1e-7),
@@ -377,6 +425,7 @@ fn densities_that_can_not_be_had_are_refused() {
     };
     assert!(refused("gyroid density 0.3 thickness 0.1 box").contains("0.3"));
     assert!(refused("gyroid density 'x+2' box").contains('2'));
+    assert!(refused("gyroid density 0.3 density 0.2 box").contains("contradict"));
     for program in ["gyroid density 0 box", "gyroid density 1.2 box"] {
         assert!(Job::parse(program).is_err(), "{program}");
     }

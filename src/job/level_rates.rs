@@ -21,6 +21,14 @@ use crate::measure::GridMotion;
 use crate::num::Progress;
 use crate::solid::{Fraction, Values};
 
+/// Why derivatives are refused where a level can move without a change of the volume.
+const NO_SLOPE: &str = "the derivatives are not known: the volume does not change with the level of \
+    this density. The field may jump there, or the part be all solid or all void on this grid; ask \
+    for the values alone, or give another density or a smaller spacing";
+
+/// Slopes of volumes by a level are none if elimination leaves less of them than this.
+const FLAT: f64 = 1e-12;
+
 /// Derivatives of the solved levels by the named parameters.
 #[derive(Clone, Debug, Default)]
 pub(super) struct LevelRates {
@@ -34,7 +42,7 @@ impl LevelRates {
     ///
     /// # Errors
     /// [`Error::Density`] where a density varies in space and a parameter changes its lattice or
-    /// the part.
+    /// the part, and where a level has no slope: if the field jumps there, or if the solid ends there.
     pub(super) fn new(
         field: &Field<'_>,
         slots: &[ParameterId],
@@ -104,7 +112,9 @@ impl LevelRates {
                 .collect::<Result<_, _>>()?;
             matrix.push(row);
         }
-        Ok(Self { named, rows: solve(matrix, named) })
+        solve(matrix, named).map(|rows| Self { named, rows }).map_err(|level| {
+            Error::density(NO_SLOPE.to_owned(), fractions[level].span, &job.sources)
+        })
     }
 
     /// Adds to the first of `rates`, which are by the named parameters, what the levels bring with
@@ -132,11 +142,21 @@ fn unknown(job: &Job, fraction: &Fraction, slot: ParameterId, what: &str) -> Err
 
 /// The solution X of B X = -A for `matrix` = (A B), A having `named` columns, by elimination with
 /// row exchanges.
-fn solve(mut matrix: Vec<Vec<f64>>, named: usize) -> Vec<Vec<f64>> {
+///
+/// # Errors
+/// The column of B without a pivot.
+fn solve(mut matrix: Vec<Vec<f64>>, named: usize) -> Result<Vec<Vec<f64>>, usize> {
     let count = matrix.len();
+    let largest =
+        |column: usize| matrix.iter().map(|row| row[named + column].abs()).fold(0.0, f64::max);
+    let least: Vec<f64> = (0..count).map(|column| FLAT * largest(column)).collect();
     for column in 0..count {
         let size = |row: &usize| matrix[*row][named + column].abs();
         let pivot = (column..count).max_by(|a, b| size(a).total_cmp(&size(b))).unwrap_or(column);
+        // False for what is not a number.
+        if !(size(&pivot) > least[column] && size(&pivot).is_finite()) {
+            return Err(column);
+        }
         matrix.swap(column, pivot);
         let chosen = matrix[column].clone();
         for (row, entries) in matrix.iter_mut().enumerate() {
@@ -149,7 +169,7 @@ fn solve(mut matrix: Vec<Vec<f64>>, named: usize) -> Vec<Vec<f64>> {
     let scaled = |(row, entries): (usize, &Vec<f64>)| {
         entries[..named].iter().map(|e| -e / entries[named + row]).collect()
     };
-    matrix.iter().enumerate().map(scaled).collect()
+    Ok(matrix.iter().enumerate().map(scaled).collect())
 }
 
 #[cfg(test)]
@@ -160,7 +180,15 @@ mod tests {
     fn elimination_solves_with_exchanged_rows() {
         // B = (0 2; 4 1), A = (2; 6): X = -(1.25; 1).
         let found = solve(vec![vec![2.0, 0.0, 2.0], vec![6.0, 4.0, 1.0]], 1);
-        assert_eq!(found, [[-1.25], [-1.0]]);
+        assert_eq!(found.unwrap(), [[-1.25], [-1.0]]);
+    }
+
+    #[test]
+    fn a_level_without_a_slope_is_named() {
+        assert_eq!(solve(vec![vec![2.0, 0.0]], 1), Err(0));
+        assert_eq!(solve(vec![vec![2.0, f64::NAN]], 1), Err(0));
+        // The second row is a multiple of the first.
+        assert_eq!(solve(vec![vec![1.0, 1.0, 2.0], vec![5.0, 2.0, 4.0]], 1), Err(1));
     }
 
     #[test]

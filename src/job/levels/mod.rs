@@ -10,7 +10,7 @@
 //! * **Points.** The box is divided into cells, of which each lies in the part by a share that is found
 //!   with the part's field and its slopes in the eighths of those that faces pass through ([`part`]).
 //!   The values of the lattice's field at one point a cell, weighted by that, are sorted; the level is
-//!   their r-quantile. Where the program asks oracles and no quadrature follows, the cells that the
+//!   their r-quantile. Where no quadrature follows, as in programs with oracles, the cells that the
 //!   level's surface may pass through get 8 to 216 points ([`shares`]), and twice the standard
 //!   deviation of the share is stated as its error: 6e-5 for three to eight cells across a part, 1e-4
 //!   for twenty, and 1e-3 where an expression is so long that one point a cell has to do. Levels of
@@ -18,10 +18,14 @@
 //!   over the part.
 //! * **Quadrature.** Without oracles the level is improved by Newton's method, V and dV/dt being the
 //!   quadrature of the field ([`quadrature`](crate::measure::quadrature)) on a grid that is refined until the
-//!   fraction stays.
+//!   fraction stays: to 2e-5, but only where the grid resolves walls and pores. How wide these are the
+//!   points tell ([`Shares::width`]), and quadrature that contradicts them is not believed. In lattices of many
+//!   cells, of thin walls or of sharp creases the error is above 1e-4, or not known; there the level
+//!   is found from many points as well, and the better of the two is taken.
 //!
-//! Several levels are solved for one after the other until none changes. What is found is kept for
-//! the last parameter values and box, and is where the search begins when they change.
+//! Several levels are solved for one after the other until no share changes; levels that do not settle are
+//! an error. What is found is kept for the last parameter values and box; other values are solved for
+//! from nothing, so that an answer does not depend on those before.
 
 mod part;
 mod shares;
@@ -56,12 +60,23 @@ const NO_PART: &str = "raising its level adds nothing to the whole. A skin may f
 const NOTHING: &str = "at the level nearest to it no node of the grid is in the solid. The field \
     may jump past the share, or the solid be thinner than the grid sees: give a smaller spacing";
 
+/// Why densities can't be had together.
+const UNSETTLED: &str = "its level and those of the other densities do not settle. Two densities \
+    of the same lattice contradict each other: ask for one of them";
+
 /// Cells in which that value is looked for, and the most that is made of it.
 const PROBES: usize = 512;
 const FARTHEST: f64 = 1e300;
 
-/// Fractions on two successive grids may differ by this.
+/// Shares on two successive grids may differ by this; so may those before and after the other levels were
+/// solved for, where their own errors are not larger.
 const TOLERANCE: f64 = 2e-5;
+
+/// A share this small is nothing asked for: a mean of zero, but for rounding.
+const NONE: f64 = 1e-12;
+
+/// An error of a share with which no better way is looked for.
+const SUFFICIENT: f64 = 1e-4;
 
 /// An excess of which one step of Newton's method leaves some 1e-8, so that levels follow
 /// parameters smoothly: its slope is right to a thousandth.
@@ -84,9 +99,26 @@ const LAST: f64 = 100.0;
 /// density changes within a cell of [`CELLS`], of which there are 32 along a side.
 const MARGIN: f64 = 1.0 / 16.0;
 
-/// Steps of Newton's method on one grid, and passes over several levels.
-const MOST_STEPS: usize = 8;
-const MOST_PASSES: usize = 12;
+/// Widths of walls and pores, in distances between points, from which points tell them: scattered
+/// over both alike, points would see widths of up to one distance in whatever is thinner.
+const VISIBLE: f64 = 1.25;
+
+/// The same in spacings of a grid, from which quadrature on the grid can be trusted.
+const RESOLVED: f64 = 4.0;
+
+/// By how many of their errors, which are two standard deviations, shares at points may differ from
+/// those by quadrature.
+const DEVIATIONS: f64 = 2.0;
+
+/// Steps of the search on one grid, and passes over several levels.
+const MOST_STEPS: usize = 48;
+const MOST_PASSES: usize = 40;
+
+/// A bracket so narrow, in units of the larger of its ends, that the share must jump in it.
+const NARROW: f64 = 1e-9;
+
+/// A quarter of the first step where there is no bracket and no slope, in units of the largest value.
+const REACH: f64 = 1e-4;
 
 /// A density that was solved for.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
@@ -133,14 +165,12 @@ impl Job {
         let (bounds, finest) = (grid.bounds(), super::longest_edge(grid));
         let asked = (named, bounds, finest);
         let kept = || self.levels.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let previous = kept().clone();
-        if let Some(found) = previous.as_ref().filter(|found| found.asked == asked) {
+        if let Some(found) = kept().as_ref().filter(|found| found.asked == asked) {
             return Ok((found.values.clone(), found.densities.clone()));
         }
-        let start = previous.map(|found| found.values[asked.0.len()..].to_vec());
         let far = self.far(bounds, &values)?;
         let mut search = Search { job: self, settings, progress, values, far };
-        let densities = search.run(bounds, finest, start)?;
+        let densities = search.run(bounds, finest)?;
         let values = search.values;
         *kept() = Some(Levels { asked, values: values.clone(), densities: densities.clone() });
         Ok((values, densities))
@@ -158,6 +188,15 @@ struct Search<'a> {
     far: f64,
 }
 
+/// What values at points are for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Aim {
+    /// A level to begin with: one point a cell.
+    Start,
+    /// The level itself: as many points as that takes.
+    Answer,
+}
+
 /// What is known of one fraction at the points.
 struct Seen {
     /// The share asked for: its mean over the part.
@@ -165,49 +204,97 @@ struct Seen {
     /// The share at the level found, and how far it may be from the truth.
     found: f64,
     error: f64,
+    /// How far the share at the level before is from that.
+    moved: f64,
+    /// Twice the volume over the area of the thinner of solid and void: how thick it is.
+    width: f64,
 }
 
 impl Search<'_> {
-    fn run(
-        &mut self,
-        bounds: Aabb,
-        finest: f64,
-        start: Option<Vec<f64>>,
-    ) -> Result<Vec<Density>, Error> {
-        let fractions = &self.job.solid.fractions;
+    /// Finds the levels, from nothing: what was found for other values does not show.
+    fn run(&mut self, bounds: Aabb, finest: f64) -> Result<Vec<Density>, Error> {
         let named = self.job.parameters().len();
-        match start {
-            Some(start) => self.values[named..].copy_from_slice(&start),
-            None => self.values[named..].fill(0.0),
+        self.values[named..].fill(0.0);
+        let [rough, fine] = CELLS.map(|count| Cells::new(bounds, count));
+        if !self.job.graph.oracles().is_empty() {
+            return self.by_points(fine, Aim::Answer).map(|seen| self.densities(&seen));
         }
-        let has_oracles = !self.job.graph.oracles().is_empty();
-        let cells = self.job.cells(bounds);
-        let mut seen = Vec::new();
-        for pass in 0..MOST_PASSES {
-            let before = self.values.clone();
-            seen = fractions.iter().map(|f| self.by_points(f, cells)).collect::<Result<_, _>>()?;
-            let is_settled = pass > 0 && self.moved_from(&before) <= TOLERANCE;
-            if fractions.len() == 1 || is_settled {
-                break;
+        let seen = self.by_points(rough, Aim::Start)?;
+        let by_quadrature = self.by_quadrature(bounds, finest, rough.longest(), &seen)?;
+        let by_quadrature = match by_quadrature {
+            Some(found) if self.is_seen(rough)? => Some(found),
+            Some(_) | None => None,
+        };
+        let error = |found: &[Density]| found.iter().map(|d| d.error).fold(0.0, f64::max);
+        if let Some(found) = by_quadrature.as_ref().filter(|found| error(found) <= SUFFICIENT) {
+            return Ok(found.clone());
+        }
+        let before = self.values.clone();
+        let seen = self.by_points(fine, Aim::Answer)?;
+        let by_points = self.densities(&seen);
+        match by_quadrature {
+            Some(found) if error(&found) <= error(&by_points) => {
+                self.values = before;
+                Ok(found)
             }
+            Some(_) | None => Ok(by_points),
         }
-        if has_oracles {
-            let density = |(f, seen): (&Fraction, &Seen)| Density {
-                asked: seen.asked,
-                found: seen.found,
-                error: seen.error,
-                level: self.values[f.level.index()],
-            };
-            return Ok(fractions.iter().zip(&seen).map(density).collect());
-        }
-        let asked: Vec<f64> = seen.iter().map(|seen| seen.asked).collect();
-        self.by_quadrature(bounds, finest, &asked)
     }
 
-    /// How far the unknowns are from `before`, the farthest.
-    fn moved_from(&self, before: &[f64]) -> f64 {
-        let moves = self.values.iter().zip(before).map(|(a, b)| (a - b).abs());
-        moves.fold(0.0, f64::max)
+    /// The densities at the levels that points gave.
+    fn densities(&self, seen: &[Seen]) -> Vec<Density> {
+        let density = |(fraction, seen): (&Fraction, &Seen)| Density {
+            asked: seen.asked,
+            found: seen.found,
+            error: seen.error,
+            level: self.values[fraction.level.index()],
+        };
+        self.job.solid.fractions.iter().zip(seen).map(density).collect()
+    }
+
+    /// Finds the levels from values in `cells`.
+    fn by_points(&mut self, cells: Cells, aim: Aim) -> Result<Vec<Seen>, Error> {
+        let fractions = &self.job.solid.fractions;
+        if aim == Aim::Answer && fractions.len() > 1 {
+            // Few points bring several levels together, and many are left with a step or two.
+            self.by_points(cells, Aim::Start)?;
+        }
+        let mut pass = 0;
+        loop {
+            let seen: Vec<Seen> =
+                fractions.iter().map(|f| self.look(f, cells, aim)).collect::<Result<_, _>>()?;
+            pass += 1;
+            let stays = |seen: &Seen| seen.moved <= seen.error.max(TOLERANCE);
+            let is_settled = fractions.len() == 1 || pass > 1 && seen.iter().all(stays);
+            if is_settled || aim == Aim::Start && pass == MOST_PASSES {
+                return Ok(seen);
+            }
+            if pass == MOST_PASSES {
+                return Err(self.unsettled(seen.iter().map(|seen| seen.moved)));
+            }
+        }
+    }
+
+    /// Whether the levels that quadrature found are those of points in `cells`, as far as these tell.
+    fn is_seen(&mut self, cells: Cells) -> Result<bool, Error> {
+        let found = self.values.clone();
+        for fraction in &self.job.solid.fractions {
+            let seen = self.look(fraction, cells, Aim::Start)?;
+            self.values.clone_from(&found);
+            if seen.moved > DEVIATIONS * seen.error {
+                return Ok(false);
+            }
+        }
+        Ok(true)
+    }
+
+    /// The error of levels of which one still moves, `moved` telling by how much each does.
+    fn unsettled(&self, moved: impl Iterator<Item = f64>) -> Error {
+        let pairs = self.job.solid.fractions.iter().zip(moved);
+        let (fraction, _) = pairs
+            .max_by(|a, b| a.1.total_cmp(&b.1))
+            .expect("levels are searched for where there are fractions");
+        self.job.no_density(fraction, UNSETTLED)
     }
 
     /// The values with `level` in place of what is known of `slot`.
@@ -218,7 +305,7 @@ impl Search<'_> {
     }
 
     /// Finds the level, and the curve, of `fraction` from its values in `cells`.
-    fn by_points(&mut self, fraction: &Fraction, cells: Cells) -> Result<Seen, Error> {
+    fn look(&mut self, fraction: &Fraction, cells: Cells, aim: Aim) -> Result<Seen, Error> {
         let Fraction { level, family, target, curve, .. } = *fraction;
         let graph = &self.job.graph;
         let part = self.part(fraction, cells).map_err(failed)?;
@@ -230,12 +317,13 @@ impl Search<'_> {
         let Some(asked) = part.mean(targets) else {
             return Err(self.job.no_density(fraction, NO_PART));
         };
-        if !(asked > 0.0 && asked < 1.0) {
+        if !(asked > NONE && asked < 1.0 - NONE) {
             let cause = format!("the share asked for is {asked} on average");
             return Err(self.job.no_density(fraction, &cause));
         }
         let shares = Shares::new(&part, values);
-        let found = if let Some(curve) = curve {
+        let before = self.values[level.index()];
+        let (found, [moved, width]) = if let Some(curve) = curve {
             let ends = ends_of(part.own(targets));
             let [least, greatest] = ends;
             let middle = 0.5 * (least + greatest);
@@ -255,35 +343,39 @@ impl Search<'_> {
                 };
                 values.iter().zip(targets).map(|(value, share)| value - level(*share)).collect()
             };
-            let first = above(values, targets);
-            self.level_of(&Shares::new(&part, &first), asked, &[family, target], |at| {
+            let shares = Shares::new(&part, &above(values, targets));
+            let found = self.level_of(&shares, asked, &[family, target], aim, |at| {
                 let found = values_at(graph, at, &[family, target], &self.values)?;
                 Ok(above(&found[0], &found[1]))
-            })
+            });
+            let found = found.map_err(failed)?;
+            (found, [shares.between(before, found.level), shares.width(found.level)])
         } else {
-            self.level_of(&shares, asked, &[family], |at| {
+            let found = self.level_of(&shares, asked, &[family], aim, |at| {
                 Ok(values_at(graph, at, &[family], &self.values)?.swap_remove(0))
-            })
+            });
+            let found = found.map_err(failed)?;
+            (found, [shares.between(before, found.level), shares.width(found.level)])
         };
-        let Found { level: value, share, error } = found.map_err(failed)?;
-        self.values[level.index()] = value;
-        Ok(Seen { asked, found: share, error })
+        self.values[level.index()] = found.level;
+        Ok(Seen { asked, found: found.share, error: found.error, moved, width })
     }
 
-    /// The level below which `asked` lies: what is wanted if no quadrature follows, else where it
-    /// begins. The values `sampled` are made of `outputs`.
+    /// The level below which `asked` lies. The values `sampled` are made of `outputs`.
     fn level_of(
         &self,
         shares: &Shares<'_>,
         asked: f64,
         outputs: &[NodeId],
+        aim: Aim,
         sampled: impl Fn(&Points) -> Result<Vec<f64>, Failure> + Sync,
     ) -> Result<Found, Failure> {
-        if self.job.graph.oracles().is_empty() {
-            Ok(shares.first(asked))
-        } else {
-            let operations = reachable(&self.job.graph, outputs).len();
-            shares.refined(asked, operations, sampled)
+        match aim {
+            Aim::Start => Ok(shares.first(asked)),
+            Aim::Answer => {
+                let operations = reachable(&self.job.graph, outputs).len();
+                shares.refined(asked, operations, sampled)
+            }
         }
     }
 
@@ -298,38 +390,52 @@ impl Search<'_> {
         Part::new(graph, [empty, full], &self.values, cells)
     }
 
-    /// Improves the levels by Newton's method on finer and finer grids.
+    /// Improves the levels by Newton's method on finer and finer grids. None if the last of them is too
+    /// coarse for what was `seen` at points that are `apart`, or these for the solid.
     fn by_quadrature(
         &mut self,
         bounds: Aabb,
         finest: f64,
-        asked: &[f64],
-    ) -> Result<Vec<Density>, Error> {
+        apart: f64,
+        seen: &[Seen],
+    ) -> Result<Option<Vec<Density>>, Error> {
         let fractions = &self.job.solid.fractions;
         let longest = bounds.size().max_element();
         let last = (longest / finest).max(LAST);
+        let width = seen.iter().map(|seen| seen.width).fold(f64::INFINITY, f64::min);
+        // False for what is not a number.
+        if !(width >= VISIBLE * apart && width * last >= RESOLVED * longest) {
+            return Ok(None);
+        }
         let mut cells = FIRST.min(last);
-        let mut known: Option<Vec<Density>> = None;
+        let mut is_first = true;
         loop {
             let grid = Grid::new(bounds, DVec3::splat(longest / cells))?;
             let mut densities = Vec::new();
             let mut change = 0.0_f64;
-            for pass in 0..MOST_PASSES {
+            let mut pass = 0;
+            loop {
                 densities.clear();
-                let before = self.values.clone();
-                for (fraction, asked) in fractions.iter().zip(asked) {
-                    let (density, first) = self.settle(fraction, *asked, &grid)?;
-                    if pass == 0 {
-                        change = change.max((first - asked).abs());
-                    }
+                let mut moves = Vec::new();
+                for (fraction, Seen { asked, .. }) in fractions.iter().zip(seen) {
+                    let (density, before) = self.settle(fraction, *asked, &grid)?;
+                    moves.push((before - density.found).abs());
                     densities.push(density);
                 }
-                if fractions.len() == 1 || self.moved_from(&before) <= TOLERANCE {
+                let moved = moves.iter().copied().fold(0.0, f64::max);
+                if pass == 0 {
+                    change = moved;
+                }
+                pass += 1;
+                if fractions.len() == 1 || pass > 1 && moved <= TOLERANCE {
                     break;
+                }
+                if pass == MOST_PASSES {
+                    return Err(self.unsettled(moves.into_iter()));
                 }
             }
             let is_finest = cells >= last;
-            if known.is_some() && change <= TOLERANCE || is_finest {
+            if !is_first && change <= TOLERANCE || is_finest {
                 for density in &mut densities {
                     density.error = change.max(TOLERANCE);
                 }
@@ -337,14 +443,17 @@ impl Search<'_> {
                 if let Some((fraction, _)) = nothing {
                     return Err(self.job.no_density(fraction, NOTHING));
                 }
-                return Ok(densities);
+                return Ok(Some(densities));
             }
-            known = Some(densities);
+            is_first = false;
             cells = (cells * FINER).min(last);
         }
     }
 
     /// Solves for the level of one fraction on `grid`; also returns the share before that.
+    ///
+    /// Newton's method within a bracket; where the share jumps past the one asked for, the nearer side
+    /// of the jump.
     fn settle(
         &mut self,
         fraction: &Fraction,
@@ -361,32 +470,42 @@ impl Search<'_> {
         }
         let mut level = self.values[slot.index()];
         let (mut below, mut above) = (f64::NEG_INFINITY, f64::INFINITY);
+        let mut reach = REACH * self.far / FAR;
         let mut first = None;
-        let mut found = f64::NAN;
+        // The level nearest to the one wanted so far, and the share there.
+        let mut best: Option<(f64, f64)> = None;
         for _ in 0..MOST_STEPS {
             let [volume, rate] = self.volume(self.with(slot, level), &[slot], grid)?;
-            found = (volume - empty) / part;
-            first = first.or(Some(found));
+            let found = (volume - empty) / part;
             let excess = found - asked;
+            first = first.or(Some(found));
             if excess.abs() <= EXCESS && rate > 0.0 {
-                level -= excess * part / rate;
-                found = asked;
+                best = Some((level - excess * part / rate, asked));
                 break;
+            }
+            if best.is_none_or(|(_, other)| excess.abs() < (other - asked).abs()) {
+                best = Some((level, found));
             }
             if excess > 0.0 {
                 above = level
             } else {
                 below = level
             }
+            let is_closed = below.is_finite() && above.is_finite();
+            if is_closed && above - below <= NARROW * above.abs().max(below.abs()) {
+                break;
+            }
             let newton = level - excess * part / rate;
             level = if newton > below && newton < above {
                 newton
-            } else if below.is_finite() && above.is_finite() {
+            } else if is_closed {
                 0.5 * (below + above)
             } else {
-                break;
+                reach *= 4.0;
+                level - reach.copysign(excess)
             };
         }
+        let (level, found) = best.unwrap_or((level, f64::NAN));
         self.values[slot.index()] = level;
         let density = Density { asked, found, error: TOLERANCE, level };
         Ok((density, first.unwrap_or(found)))

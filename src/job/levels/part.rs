@@ -34,13 +34,37 @@ pub(super) struct Cells {
 }
 
 impl Cells {
-    /// About `count` cells, nearly cubes.
+    /// About `count` cells, at most three times as many, nearly cubes where the box has room for them:
+    /// there is one cell along a side that is shorter than theirs.
     pub fn new(bounds: Aabb, count: usize) -> Self {
-        let side = libm::cbrt(bounds.size().element_product() / count as f64);
+        let mut sides = bounds.size().to_array();
+        sides.sort_unstable_by(f64::total_cmp);
+        let [least, middle, most] = sides;
+        let count = count as f64;
+        let cube = libm::cbrt(least / most * (middle / most) / count) * most;
+        let square = (middle / most / count).sqrt() * most;
+        let side = if cube <= least {
+            cube
+        } else if square <= middle {
+            square
+        } else {
+            most / count
+        };
         let counts =
             bounds.size().to_array().map(|length| ((length / side).round() as usize).max(1));
         let size = bounds.size() / DVec3::from_array(counts.map(|n| n as f64));
         Self { lo: bounds.lo, size, counts }
+    }
+
+    /// The longest side of a cell.
+    pub fn longest(&self) -> f64 {
+        self.size.max_element()
+    }
+
+    /// The area of a cell's side across an axis, and its volume, in units of its longest side.
+    pub fn area_and_volume(&self, axis: usize) -> [f64; 2] {
+        let size = self.size / self.longest();
+        [size.element_product() / size[axis], size.element_product()]
     }
 
     fn count(&self) -> usize {
@@ -59,7 +83,8 @@ impl Cells {
     /// The points of cells at these shares of their sides, by coordinate.
     pub fn points(&self, points: impl Iterator<Item = (usize, DVec3)>) -> Points {
         let mut lists = [const { Vec::new() }; 3];
-        let capacity = points.size_hint().0;
+        let (least, most) = points.size_hint();
+        let capacity = most.unwrap_or(least);
         lists.iter_mut().for_each(|list: &mut Vec<f64>| list.reserve(capacity));
         for (cell, share) in points {
             let point = self.lo
@@ -387,5 +412,36 @@ impl Ends<'_> {
             }
         }
         Ok(found)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_box_of_any_shape_is_divided_into_as_many_cells_as_asked_for() {
+        for size in [
+            [1.0, 1.0, 1.0],
+            [1.0, 0.7, 0.6],
+            [1e11, 1.0, 1.0],
+            [1.0, 1e16, 1.0],
+            [1e4, 1e4, 1e-2],
+            [1e-60, 1e70, 1e70],
+            [3.0, 3.0, 0.04],
+        ] {
+            let size = DVec3::from_array(size);
+            for count in [512, 1 << 15, 1 << 20] {
+                let cells = Cells::new(Aabb::new(DVec3::ZERO, size), count);
+                let found = cells.count();
+                assert!(found >= count / 3 && found <= 3 * count, "{size}: {found} for {count}");
+            }
+        }
+    }
+
+    #[test]
+    fn cells_are_cubes_where_there_is_room() {
+        let cells = Cells::new(Aabb::new(DVec3::ZERO, DVec3::new(4.0, 2.0, 1.0)), 1000);
+        assert_eq!(cells.counts, [20, 10, 5]);
     }
 }

@@ -1,7 +1,7 @@
 //! The level below which a share of a part lies, from values at scattered points.
 
 use super::part::{Part, Points, scattered};
-use super::{BATCH, TOLERANCE};
+use super::{BATCH, TOLERANCE, VISIBLE};
 use crate::expr::Failure;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -79,11 +79,41 @@ impl<'a> Shares<'a> {
         Found { level, share, error: 2.0 * (crossed / 6.0).sqrt() / self.whole }
     }
 
+    /// The share between two levels, by one value a cell.
+    pub fn between(&self, a: f64, b: f64) -> f64 {
+        let [a, b] = [a, b].map(|level| weight_below(&self.sorted, level));
+        (a - b).abs() / self.whole
+    }
+
+    /// Twice the volume over the area of what lies below `level`, or above it if that is less, by one
+    /// value a cell.
+    ///
+    /// The level's surface lies between neighbours along an axis as often as its shadow along the
+    /// axis covers the side of a cell. The shadows of a surface without direction along all three axes
+    /// together are 3/2 of its area.
+    pub fn width(&self, level: f64) -> f64 {
+        let Part { cells, near, weights, .. } = self.part;
+        let shadow = |axis: usize| {
+            let [area, _] = cells.area_and_volume(axis);
+            let is_crossed = |cell: &&usize| {
+                let other = cells.next(**cell, axis);
+                other
+                    .is_some_and(|other| is_between(level, self.values[**cell], self.values[other]))
+            };
+            area * near.iter().filter(is_crossed).map(|&cell| weights[cell]).sum::<f64>()
+        };
+        let area = (0..3).map(shadow).sum::<f64>() / 1.5;
+        let below = weight_below(&self.sorted, level);
+        let [_, cell] = cells.area_and_volume(0);
+        2.0 * below.min(self.whole - below) * cell / area * cells.longest()
+    }
+
     /// The level with many more points in all cells that the surface of a level near it may pass
     /// through, if that is not too much work: `sampled` gives values by so many `operations` a point.
     ///
     /// A surface passes through a cell only if the level is no farther from its value than its
-    /// neighbours' are: these are twice as far away as its corners.
+    /// neighbours' are: these are twice as far away as its corners. Where walls or pores are narrower
+    /// than the cells can tell it may pass through any.
     ///
     /// # Errors
     /// What `sampled` fails with.
@@ -94,7 +124,11 @@ impl<'a> Shares<'a> {
         sampled: impl Fn(&Points) -> Result<Vec<f64>, Failure> + Sync,
     ) -> Result<Found, Failure> {
         let first = self.first(share);
-        let own = self.own_with_changes();
+        let mut own = self.own_with_changes();
+        // False for what is not a number.
+        if !(self.width(first.level) >= VISIBLE * self.part.cells.longest()) {
+            own.iter_mut().for_each(|(_, change)| *change = f64::INFINITY);
+        }
         let mut reach = REACH;
         loop {
             let [lo, hi] = [-1.0, 1.0].map(|side| {
