@@ -90,7 +90,6 @@
 //!   a bunny of 20 blended cells and a skin at 500 samples takes 5.6 s of CPU time instead of 17.0.
 //!   The engine of huge expressions asks in the same way, and for value and slopes at once: a bunny of
 //!   three cells of a foam with a skin, 11.0 s instead of 18.2 at 500 samples.
-//!
 //! * **Nothing arranged for the whole of a huge expression** ([`Engine::Pruned`](crate::eval::Engine)). A box
 //!   asks for what is alive in it, and a walk down the sides of extrema costs what it finds. Before,
 //!   ten thousand balls took 1.7 s to put in order and 190 MB of tables at 801³; a thousand took 2 s to compile.
