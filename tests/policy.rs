@@ -34,23 +34,55 @@ fn with_words(words: &[&str]) -> Vec<String> {
     sources().into_iter().filter(|(_, code)| has(code)).map(|(name, _)| name).collect()
 }
 
+/// The files of `src` that open, make, rename or remove files, and why. No reader of a format is among them.
+const TOUCHING: [(&str, &str); 9] = [
+    (
+        "cli/interrupt.rs",
+        "removes what `cli/output.rs` and `cli/scratch.rs` have made, when it is interrupted",
+    ),
+    (
+        "cli/output.rs",
+        "makes the outputs that the user names, beside and then renamed, and removes leftovers of them",
+    ),
+    (
+        "cli/scratch.rs",
+        "makes the folder of an experiment's files, in the system's for temporary ones",
+    ),
+    ("cli/stats.rs", "reads what the system tells about this process"),
+    (
+        "job/study/passage.rs",
+        "makes the files of an experiment in the folder that it is given, and reads them",
+    ),
+    ("mesh/io/direct.rs", "opens the output that it is given once more, past the page cache"),
+    (
+        "mesh/io/gather.rs",
+        "makes a file without a name in the folder of the output, for a mesh that is large",
+    ),
+    (
+        "mesh/io/open.rs",
+        "opens the mesh that `mesh::io::input` and the files that `job::loader` was asked for by name",
+    ),
+    ("num/memory.rs", "reads what the system tells about this process"),
+];
+
 #[test]
 fn files_are_opened_in_few_places_by_names_that_the_user_gave() {
-    // `mesh/io/open.rs` is called by `mesh::io::input`, with the path of a mesh, and by `job::loader`,
-    // with the names that words of a program are; the others open what they made, `job/study` in the folder
-    // that it is given, or what the system tells about this process. No reader of a format is among them.
-    let words = ["File::open", "File::options", "File::create", "fs::read", "OpenOptions"];
-    assert_eq!(
-        with_words(&words),
-        [
-            "cli/output.rs",
-            "cli/stats.rs",
-            "job/study/passage.rs",
-            "mesh/io/direct.rs",
-            "mesh/io/open.rs",
-            "num/memory.rs",
-        ]
-    );
+    let words = [
+        "File::open",
+        "File::options",
+        "File::create",
+        "OpenOptions",
+        "fs::read",
+        "fs::write",
+        "fs::copy",
+        "fs::rename",
+        "fs::hard_link",
+        "remove_file",
+        "remove_dir",
+        "create_dir",
+        "tempfile",
+    ];
+    assert_eq!(with_words(&words), TOUCHING.map(|(file, _)| file));
     // Who reads by that one place, and who writes by `cli/output.rs`.
     assert_eq!(
         with_words(&["io::open::open", "super::open::open", "open::open}"]),
