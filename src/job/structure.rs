@@ -13,6 +13,13 @@
 //! numbered, weighted by the area around them. Those on the box that was contoured are left out, and balls that
 //! reach a plane of it in which the solid is cut: there a lattice goes on.
 //!
+//! **What is no pore.** From the outer skin of a body balls would grow without end. Those from outside whose
+//! centre is out of the body's convex hull ([`Hull`]) are no pores. A ball has none, a torus its hole, and a plate
+//! the holes through it, also those that are wider than the plate is thick: a ball need not be in the hull as a whole.
+//! Balls between the rims of pores that open to the outside may be larger than those within: for a gyroid's
+//! walls 0.05 thick, whose pores are 0.17 wide, in a ball of radius 1 the mean is 0.6 % above that in a box, the maximum
+//! a fifth. By centres in the box that was contoured, in place of the hull, it would be five times as large.
+//!
 //! **Error.** That of the mesh, of second order in the spacing, for walls of more than two spacings; but at a
 //! crease that opens, as in the corners of a box, balls within [`NEAR`] spacings of it are not
 //! told from smaller ones, so that least values there are of the order of the spacing.
@@ -79,7 +86,8 @@ pub struct Spread {
 pub struct Structure {
     /// Diameters of the balls inscribed in the solid, off the box; `None` if there are none.
     pub wall_thickness: Option<Spread>,
-    /// Diameters of the balls inscribed in the void, off the box; `None` if there are none.
+    /// Diameters of the balls inscribed in the void, off the box, with their centres in the solid's convex
+    /// hull; `None` if there are none.
     pub pore_size: Option<Spread>,
     /// Points at which balls were inscribed.
     pub samples: usize,
@@ -172,16 +180,19 @@ fn sizes(
     let Report { cells, bounds: [from, to], .. } = &measures.report;
     let spacing = (0..3).map(|a| (to[a] - from[a]) / cells[a] as f64).fold(0.0, f64::max);
     let cut = cuts(mesh, [*from, *to], spacing);
+    let hull = Hull::of(mesh);
     let balls = |side: f64| -> Result<Option<Spread>, Failure> {
         let limits = Limits { largest: size, spacing };
         let inscribed = |point: &Point| inscribed(&distance, point, side, limits);
         let radii = points.par_iter().map(inscribed).collect::<Result<Vec<_>, _>>()?;
         let is_within = |radius: f64, point: &Point| {
             let (centre, reach) = (point.position + radius * side * point.normal, radius * BEYOND);
-            (0..3).all(|a| {
+            let is_in_the_open = side > 0.0 && !hull.has(centre);
+            let is_cut = (0..3).any(|a| {
                 let [lower, upper] = cut[a];
-                !(lower && centre[a] - reach <= from[a] || upper && centre[a] + reach >= to[a])
-            })
+                lower && centre[a] - reach <= from[a] || upper && centre[a] + reach >= to[a]
+            });
+            !(is_in_the_open || is_cut)
         };
         let balls = radii.into_iter().zip(points).filter(|(r, point)| is_within(*r, point));
         Ok(spread(balls.map(|(r, point)| (2.0 * r, point.area)).collect()))
@@ -239,6 +250,39 @@ fn cuts(mesh: &Mesh, ends: [[f64; 3]; 2], spacing: f64) -> [[bool; 2]; 3] {
         }
     }
     areas.map(|planes| planes.map(|area| area > 8.0 * spacing * spacing))
+}
+
+/// What the planes around a mesh enclose, each touching it, across [`Hull::directions`]: its convex hull, and up to
+/// a thirtieth of a ball's radius more.
+struct Hull {
+    /// Directions, and how far the mesh reaches along them in units of their length.
+    planes: Vec<(DVec3, f64)>,
+}
+
+impl Hull {
+    /// From the middle of a cube of 6³ cells to the corners of cells on its sides: 218, those along axes and
+    /// diagonals among them, less than 27 degrees apart.
+    fn directions() -> impl Iterator<Item = DVec3> {
+        const HALF: i32 = 3;
+        let along = || -HALF..=HALF;
+        let all = along().flat_map(move |x| along().map(move |y| (x, y)));
+        let all = all.flat_map(move |(x, y)| along().map(move |z| [x, y, z]));
+        let on_side = all.filter(|at| at.iter().any(|c| c.abs() == HALF));
+        on_side.map(|at| DVec3::from_array(at.map(f64::from)))
+    }
+
+    fn of(mesh: &Mesh) -> Self {
+        let reach = |direction: DVec3| {
+            let along = mesh.positions.iter().map(|at| direction.dot(DVec3::from_array(*at)));
+            (direction, along.fold(f64::NEG_INFINITY, f64::max))
+        };
+        let directions: Vec<_> = Self::directions().collect();
+        Self { planes: directions.into_par_iter().map(reach).collect() }
+    }
+
+    fn has(&self, at: DVec3) -> bool {
+        self.planes.iter().all(|(direction, reach)| direction.dot(at) <= *reach)
+    }
 }
 
 /// Lengths that bound a ball.
@@ -352,8 +396,10 @@ mod tests {
         let wall = found.wall_thickness.unwrap();
         near(wall.mean, 0.2, 0.01);
         near(wall.maximum, 0.2, 0.05);
-        // From the inner surface the void is the hollow of radius 0.9.
-        near(found.pore_size.unwrap().minimum, 1.8, 0.02);
+        // From the inner surface the void is the hollow of radius 0.9; from the outer one there is none.
+        let pore = found.pore_size.unwrap();
+        near(pore.minimum, 1.8, 0.02);
+        near(pore.maximum, 1.8, 0.02);
     }
 
     #[test]
@@ -365,12 +411,53 @@ mod tests {
         for value in [wall.minimum, wall.mean, wall.maximum] {
             near(value, 0.3, 1e-9);
         }
-        // Balls between the slabs; those above and below them reach the box, where nothing is cut.
+        // Balls between the slabs; there are none above and below them.
         near(gap.minimum, 0.5, 1e-9);
+        near(gap.maximum, 0.5, 1e-9);
         assert!(wall.mean_error < 1e-9, "{wall:?}");
         assert_eq!((found.solid.components, found.void.components), (2, 3));
         assert_eq!(found.solid.percolates, [true, true, false]);
         assert_eq!((found.handles, found.void.enclosed), (0, 0));
+    }
+
+    #[test]
+    fn what_is_around_a_body_is_no_pore() {
+        assert_eq!(check("sphere", 0.1).pore_size, None);
+        assert_eq!(check("'abs(x)+abs(y)+abs(z)-1' box", 0.1).pore_size, None);
+        // Nor with room around it, however much.
+        let job = Job::parse("sphere").unwrap();
+        let bounds = Some(crate::geom::Aabb::new(DVec3::splat(-9.0), DVec3::splat(9.0)));
+        let settings = Settings { bounds, ..Settings::with_spacing(0.25) };
+        let structure = job.structure(&settings, &Overhang::default(), &Progress::new());
+        assert_eq!(structure.unwrap().1.pore_size, None);
+    }
+
+    #[test]
+    fn a_hole_is_a_pore_also_where_it_is_wider_than_the_body_is_thick() {
+        // The ball that touches the torus at an angle a from its inmost circle has its centre on the axis at
+        // height R tan a, and the radius R / cos a - r; the centre is in the hull for R tan a < r.
+        let pore = check("torus", 0.04).pore_size.unwrap();
+        let (ring, tube) = (0.75_f64, 0.25_f64);
+        near(pore.minimum, 2.0 * (ring - tube), 0.01);
+        near(pore.maximum, 2.0 * (ring.hypot(tube) - tube), 0.01);
+        // A hole in a plate, with room above and below so that it is not cut.
+        let job = Job::parse("box scale 1,1,0.1 'x^2+y^2-0.25' difference").unwrap();
+        let bounds = Some(crate::geom::Aabb::new(DVec3::splat(-1.1), DVec3::splat(1.1)));
+        let settings = Settings { bounds, ..Settings::with_spacing(0.04) };
+        let structure = job.structure(&settings, &Overhang::default(), &Progress::new());
+        let pore = structure.unwrap().1.pore_size.unwrap();
+        near(pore.mean, 1.0, 0.02);
+    }
+
+    #[test]
+    fn a_lattice_in_a_ball_has_about_the_pores_of_one_in_a_box() {
+        let of = |part: &str| {
+            check(&format!("gyroid scale 0.5 thickness 0.05 {part}"), 0.04).pore_size.unwrap()
+        };
+        let (ball, cube) = (of("sphere"), of("box"));
+        near(ball.mean, cube.mean, 0.01);
+        near(ball.fifth_percentile, cube.fifth_percentile, 0.02);
+        assert!(ball.maximum < 1.3 * cube.maximum, "{ball:?} {cube:?}");
     }
 
     #[test]
