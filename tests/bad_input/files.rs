@@ -239,6 +239,18 @@ pub fn damaged() -> Vec<Named> {
     };
     add("another list.ply".into(), list("uchar int corners"));
     add("a list of floats.ply".into(), list("uchar float vertex_indices"));
+    let corners = |names: &str| {
+        let text = String::from_utf8(sound("ply")).unwrap();
+        let lines = names.split(' ').map(|name| format!("property float {name}\n"));
+        let (begin, rest) = text.split_once("property float x\n").unwrap();
+        let (_, rest) = rest.split_once("property float z\n").unwrap();
+        (begin.to_owned() + &lines.collect::<String>() + rest).into_bytes()
+    };
+    add("vertices of a flat map.ply".into(), corners("x y s"));
+    add("vertices in capitals.ply".into(), corners("X Y Z"));
+    add("vertices with one axis.ply".into(), corners("s z t"));
+    let bare = String::from_utf8(sound("ply")).unwrap().replace("property float", "comment");
+    add("vertices without properties.ply".into(), bare.into_bytes());
     let one_line = String::from_utf8_lossy(&sound("stl")).replace('\n', " ");
     add("one line.stl".into(), one_line.into_bytes());
     add("no model.3mf".into(), archive_of("readme.txt", std::iter::once(&b"hello"[..])));

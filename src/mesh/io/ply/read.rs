@@ -96,8 +96,9 @@ fn vertices<S: Source>(
         ("z", Holds::One(_)) => Role::Coordinate(2),
         _ => Role::Ignored,
     });
-    if roles.iter().filter(|role| matches!(role, Role::Coordinate(_))).count() < 3 {
-        return Err(Fault::NoFaces { vertices: 0 }.into());
+    let has = |axis: usize| roles.contains(&Role::Coordinate(axis));
+    if let Some(missing) = missing([0, 1, 2].map(has)) {
+        return Err(syntax(missing, Some(found(element).as_bytes())).into());
     }
     rows(source, element, &roles, |source, row| {
         assembly.reach(source.offset())?;
@@ -121,9 +122,7 @@ fn faces<S: Source>(
         _ => Role::Ignored,
     });
     if !roles.contains(&Role::Corners) {
-        let names = element.properties.iter().map(|property| property.name.as_str());
-        let found = names.collect::<Vec<_>>().join(" ");
-        return Err(syntax(NO_CORNERS, Some(found.as_bytes())).into());
+        return Err(syntax(NO_CORNERS, Some(found(element).as_bytes())).into());
     }
     rows(source, element, &roles, |source, row| {
         assembly.reach(source.offset())?;
@@ -133,6 +132,29 @@ fn faces<S: Source>(
         };
         done.map_err(|fault| source.flaw(fault))
     })
+}
+
+/// What vertices must have that those lack which have a number along the axes of `has` only.
+fn missing(has: [bool; 3]) -> Option<&'static str> {
+    match has {
+        [true, true, true] => None,
+        [false, false, false] => Some("numbers x, y and z in the element vertex"),
+        [false, false, true] => Some("numbers x and y in the element vertex, beside z"),
+        [false, true, false] => Some("numbers x and z in the element vertex, beside y"),
+        [true, false, false] => Some("numbers y and z in the element vertex, beside x"),
+        [false, true, true] => Some("a number x in the element vertex, beside y and z"),
+        [true, false, true] => Some("a number y in the element vertex, beside x and z"),
+        [true, true, false] => Some("a number z in the element vertex, beside x and y"),
+    }
+}
+
+/// The names of the element's properties.
+fn found(element: &Element) -> String {
+    if element.properties.is_empty() {
+        return "no properties".to_owned();
+    }
+    let names = element.properties.iter().map(|property| property.name.as_str());
+    names.collect::<Vec<_>>().join(" ")
 }
 
 /// What faces must have.
