@@ -227,6 +227,9 @@ pub fn damaged() -> Vec<Named> {
     let model = model(&CORNERS, &FACES, "", item);
     let twice = model.replace("<resources>", "<resources><object id=\"1\"></object>");
     add("a number for two.3mf".into(), archive(twice.as_bytes()));
+    let inside = model.replace("<object id=\"1\"", "<object id=\"9\"><object id=\"1\"");
+    let inside = inside.replace("</object>", "</object></object>");
+    add("an object in an object.3mf".into(), archive(inside.as_bytes()));
     let beams = "xmlns:b=\"http://schemas.microsoft.com/3dmanufacturing/beamlattice/2017/02\"";
     let required = model.replace("<model", &format!("<model requiredextensions=\"b\" {beams}"));
     add("beams required.3mf".into(), archive(required.as_bytes()));

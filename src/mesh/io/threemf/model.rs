@@ -220,6 +220,11 @@ impl Parser<'_, '_> {
                 self.model.parts[self.part as usize].unit = unit(tag)?;
             }
             "object" => {
+                if let Some((id, _)) = &self.object {
+                    let expected = "the end of an object before the next one";
+                    let found = format!("an object in the object {id}");
+                    return Err(syntax(expected, Some(found.as_bytes())));
+                }
                 if self.model.objects.len() >= MOST_OBJECTS {
                     return Err(Fault::TooLarge { what: "the model has too many objects" });
                 }
