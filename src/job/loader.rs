@@ -15,6 +15,7 @@ use std::collections::HashMap;
 use std::io::Read;
 use std::path::Path;
 use std::sync::Arc;
+use std::time::SystemTime;
 
 /// Longest program file that is read, in bytes: far more than any program, far less than memory.
 const LONGEST_TEXT: u64 = 16 << 20;
@@ -63,6 +64,24 @@ pub struct Notes {
     pub conversions: Vec<ConversionNote>,
     /// Every file that was read, each once, in order.
     pub files: Vec<String>,
+    /// What each of them was before it was read for the first time.
+    pub stamps: Vec<Option<Stamp>>,
+}
+
+/// By what a change of a file is noticed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Stamp {
+    length: u64,
+    modified: Option<SystemTime>,
+}
+
+impl Stamp {
+    /// That of `file` now; `None` if the system does not tell.
+    #[must_use]
+    pub fn of(file: &str) -> Option<Self> {
+        let data = std::fs::metadata(file).ok()?;
+        Some(Self { length: data.len(), modified: data.modified().ok() })
+    }
 }
 
 /// Which files a program may name.
@@ -113,10 +132,12 @@ impl Files {
         self.notes
     }
 
-    /// Refuses `path` unless it may be read, and notes it.
+    /// Refuses `path` unless it may be read, and notes it as it is before it is read: what takes its
+    /// place meanwhile is then another file.
     fn admit(&mut self, path: &str) -> Result<(), Refusal> {
         self.access.check(path)?;
         if !self.notes.files.iter().any(|file| file == path) {
+            self.notes.stamps.push(Stamp::of(path));
             self.notes.files.push(path.to_owned());
         }
         Ok(())

@@ -50,7 +50,7 @@ mod survey;
 
 pub use gradient::{By, FieldMeasures, FieldSlopes, Gradient, Quantities};
 pub use levels::Density;
-pub use loader::{Access, ConversionNote, Files, MeshNote};
+pub use loader::{Access, ConversionNote, Files, MeshNote, Stamp};
 pub use measures::{Measures, Totals};
 pub use report::Report;
 pub use slivers::Slivers;
@@ -345,6 +345,12 @@ impl Job {
     #[must_use]
     pub fn files(&self) -> &[String] {
         &self.notes.files
+    }
+
+    /// What each of [`files`](Self::files) was before it was read.
+    #[must_use]
+    pub fn stamps(&self) -> &[Option<Stamp>] {
+        &self.notes.stamps
     }
 
     /// The program text.

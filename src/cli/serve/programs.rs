@@ -1,10 +1,8 @@
 //! The programs of late requests, parsed and compiled.
 
 use super::reply::ErrorReply;
-use crate::job::{Access, Files, Job};
+use crate::job::{Access, Files, Job, Stamp};
 use std::collections::BTreeMap;
-use std::fs;
-use std::time::SystemTime;
 
 /// Programs that are kept.
 const KEPT: usize = 32;
@@ -24,16 +22,7 @@ pub(super) struct Programs {
 struct Entry {
     words: Vec<String>,
     names: Vec<String>,
-    /// The files that it was made of, as they were.
-    files: Vec<(String, Option<Stamp>)>,
     job: Job,
-}
-
-/// By what a change of a file is noticed.
-#[derive(Clone, Debug, PartialEq, Eq)]
-struct Stamp {
-    length: u64,
-    modified: Option<SystemTime>,
 }
 
 impl Programs {
@@ -85,26 +74,22 @@ impl Programs {
     ) -> Result<Entry, ErrorReply> {
         let given: Vec<_> = parameters.iter().map(|(name, value)| (name.clone(), *value)).collect();
         let job = Job::read(words, &given, Files::with(self.access))?;
-        let files = job.files().iter().map(|file| (file.clone(), stamp(file))).collect();
-        Ok(Entry { words: words.to_vec(), names: parameters.keys().cloned().collect(), files, job })
+        Ok(Entry { words: words.to_vec(), names: parameters.keys().cloned().collect(), job })
     }
 }
 
 impl Entry {
     /// Whether its files are still what they were.
     fn is_fresh(&self) -> bool {
-        self.files.iter().all(|(file, known)| known.is_some() && stamp(file) == *known)
+        let mut files = self.job.files().iter().zip(self.job.stamps());
+        files.all(|(file, known)| known.is_some() && Stamp::of(file) == *known)
     }
-}
-
-fn stamp(file: &str) -> Option<Stamp> {
-    let data = fs::metadata(file).ok()?;
-    Some(Stamp { length: data.len(), modified: data.modified().ok() })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::fs;
 
     fn parameters(value: f64) -> BTreeMap<String, f64> {
         BTreeMap::from([("t".to_owned(), value)])
@@ -163,5 +148,30 @@ mod tests {
         assert_eq!((reach(), reach()), (1.0, 1.0));
         fs::write(&file, "box scale 2").unwrap();
         assert_eq!(reach(), 2.0);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_file_that_is_replaced_while_others_are_read_is_not_taken_for_what_was_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let [file, pipe] = ["file", "pipe"].map(|name| folder.path().join(name));
+        fs::write(&file, "box").unwrap();
+        assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+        let words = [&file, &pipe].map(|path| format!("@{}", path.display()));
+        let other = std::thread::spawn({
+            let (file, pipe) = (file.clone(), pipe.clone());
+            move || {
+                // The pipe can be opened once the program waits for it, which is after the file.
+                let mut pipe = fs::File::options().write(true).open(pipe).unwrap();
+                fs::write(file, "box scale 2").unwrap();
+                std::io::Write::write_all(&mut pipe, b"dilate 0").unwrap();
+            }
+        });
+        let programs = Programs::new(Access::Everything);
+        let entry = programs.entry(&words, &BTreeMap::new()).unwrap();
+        other.join().unwrap();
+        assert_eq!(entry.job.bounds().unwrap().hi.x, 1.0);
+        assert!(!entry.is_fresh());
+        assert_ne!(entry.job.stamps()[0], Stamp::of(&file.to_string_lossy()));
     }
 }
