@@ -78,6 +78,6 @@ pub(super) fn run(arguments: &CheckArguments) -> Result<(), Trouble> {
         table.check(&check);
         table.render()
     };
-    report::print(&text);
+    report::print(&text)?;
     if sound { Ok(()) } else { Err(Trouble::Defects) }
 }

@@ -13,8 +13,7 @@ pub(super) fn run(arguments: &ConvertArguments) -> Result<(), Trouble> {
     if !quiet {
         report::conversions("alveole convert", &files.into_notes().conversions);
     }
-    report::print(&printed(&text));
-    Ok(())
+    report::print(&printed(&text))
 }
 
 /// The words, those of different texts and lines on lines of their own.

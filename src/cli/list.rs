@@ -46,8 +46,7 @@ pub(super) fn run(arguments: &ListArguments) -> Result<(), Trouble> {
     } else {
         overview(&rows)
     };
-    report::print(&text);
-    Ok(())
+    report::print(&text)
 }
 
 /// Prints the completion script of `shell`.
@@ -61,8 +60,7 @@ pub(super) fn completions(shell: Shell, command: &mut clap::Command) -> Result<(
     });
     let mut script = Vec::new();
     clap_complete::generate(shell, &mut described.clone(), "alveole", &mut script);
-    report::print(&String::from_utf8_lossy(&script));
-    Ok(())
+    report::print(&String::from_utf8_lossy(&script))
 }
 
 /// The words in short, for the end of the help.

@@ -42,7 +42,7 @@ pub(super) fn run(name: &str, arguments: &MeasureArguments) -> Result<(), Troubl
     if !common.quiet {
         report::warn(name, &report);
     }
-    report::print(&text);
+    report::print(&text)?;
     mesh::write_stats(common.stats.as_deref(), &report, None, start)
 }
 

@@ -1,7 +1,8 @@
 //! What is said to the user, and where: the only printing of the program.
 //!
-//! Results go to standard output, everything else to standard error. Nothing here fails: a reader
-//! that closed the pipe early ends the printing, not the work.
+//! Results go to standard output, everything else to standard error. A result that can't be written is
+//! trouble; but a reader that closed the pipe early ends the printing, not the work. What is said on standard error
+//! can be said nowhere else, and is lost without it.
 
 use super::output::OutputError;
 use crate::contour;
@@ -12,7 +13,7 @@ use crate::measure::slice::RasterError;
 use crate::mesh::io::{ReadError, WriteError};
 use crate::solid::Span;
 use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
-use std::io::{IsTerminal, Write, stderr, stdout};
+use std::io::{self, IsTerminal, Write, stderr, stdout};
 use std::ops::Range;
 use std::process::ExitCode;
 
@@ -104,13 +105,16 @@ pub(super) enum Trouble {
     Threads(rayon::ThreadPoolBuildError),
     /// There is no folder for files that pass.
     #[error("cannot make a folder for temporary files: {0}; name another one in TMPDIR")]
-    Scratch(std::io::Error),
+    Scratch(io::Error),
     /// A file of an experiment could not be written.
     #[error(transparent)]
     Study(study::Error),
+    /// A result could not be printed.
+    #[error("cannot write standard output: {0}")]
+    Print(io::Error),
     /// Requests could not be read.
     #[error("cannot read standard input: {0}")]
-    Requests(std::io::Error),
+    Requests(io::Error),
     /// A mesh file was read and is not sound.
     #[error("the mesh has defects")]
     Defects,
@@ -216,8 +220,13 @@ pub(super) fn trouble(name: &str, trouble: &Trouble) -> ExitCode {
                 // An argument without end would be repeated.
                 say(&lang::shortened(text));
             } else {
+                let printed = error.print().and_then(|()| stdout().flush());
                 // Help and version are asked for and go to standard output, with code 0.
-                let _ = error.print();
+                if !error.use_stderr()
+                    && let Err(cause) = heard(printed)
+                {
+                    return self::trouble(name, &Trouble::Print(cause));
+                }
             }
             return ExitCode::from(u8::from(error.use_stderr()) * 2);
         }
@@ -257,6 +266,7 @@ pub(super) fn trouble(name: &str, trouble: &Trouble) -> ExitCode {
         | Trouble::Threads(_)
         | Trouble::Scratch(_)
         | Trouble::Study(_)
+        | Trouble::Print(_)
         | Trouble::Requests(_) => {
             say(&format!("{name}: {}", lang::shortened(trouble.to_string())));
         }
@@ -295,6 +305,7 @@ fn code(trouble: &Trouble) -> u8 {
         | Trouble::Threads(_)
         | Trouble::Scratch(_)
         | Trouble::Study(_)
+        | Trouble::Print(_)
         | Trouble::Requests(_)
         | Trouble::Defects => 1,
     }
@@ -306,9 +317,22 @@ pub(super) fn say(line: &str) {
 }
 
 /// Prints a result on standard output.
-pub(super) fn print(text: &str) {
+///
+/// # Errors
+/// [`Trouble::Print`], as for a full disk; not for a reader that has gone.
+pub(super) fn print(text: &str) -> Result<(), Trouble> {
     let mut out = stdout().lock();
-    let _ = out.write_all(text.as_bytes()).and_then(|()| out.flush());
+    let printed = out.write_all(text.as_bytes()).and_then(|()| out.flush());
+    heard(printed).map_err(Trouble::Print)
+}
+
+/// What became of something printed, if it matters to anyone: a reader that has gone wants no more.
+pub(super) fn heard(printed: io::Result<()>) -> io::Result<()> {
+    printed.or_else(
+        |error| {
+            if error.kind() == io::ErrorKind::BrokenPipe { Ok(()) } else { Err(error) }
+        },
+    )
 }
 
 /// Says what became of inputs of other tools.

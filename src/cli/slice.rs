@@ -74,7 +74,7 @@ pub(super) fn run(name: &str, arguments: &SliceArguments) -> Result<(), Trouble>
         Ok::<_, Trouble>(last)
     })?;
     if *json {
-        report::print(&stats::json(&rows));
+        report::print(&stats::json(&rows))?;
     } else if !common.quiet && output != Path::new("-") {
         report::say(table(&rows).trim_end());
     }

@@ -42,7 +42,7 @@ pub(super) fn round_trips(name: &str, arguments: &RoundtripArguments) -> Result<
     if !common.quiet {
         report::warn(name, &found.report);
     }
-    report::print(&if wanted.json { stats::json(&found) } else { table(&found, &passage) });
+    report::print(&if wanted.json { stats::json(&found) } else { table(&found, &passage) })?;
     mesh::write_stats(common.stats.as_deref(), &found.report, None, start)
 }
 
@@ -66,7 +66,7 @@ pub(super) fn hierarchy(name: &str, arguments: &HierarchyArguments) -> Result<()
         stats::json(&rows.collect::<Vec<_>>())
     } else {
         steps_table(&found, &passage)
-    });
+    })?;
     let Some(last) = found.last() else { return Ok(()) };
     if !common.quiet {
         report::warn(name, &last.report);

@@ -4,7 +4,8 @@
 
 use super::files;
 use super::run::{ALVEOLE, CESOGEN, Outcome, names, refused, refused_in, run};
-use std::fs;
+use std::fs::{self, File};
+use std::io::Write;
 use std::os::unix::fs::symlink;
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -52,7 +53,7 @@ fn devices_that_never_end_are_refused_by_their_first_bytes() {
 
 #[test]
 fn files_of_gigabytes_without_content_are_refused_by_their_first_bytes() {
-    let sparse = |path: &Path| fs::File::create(path).unwrap().set_len(12 << 30).unwrap();
+    let sparse = |path: &Path| File::create(path).unwrap().set_len(12 << 30).unwrap();
     refused_at_every_name(sparse, &[]);
 }
 
@@ -154,6 +155,54 @@ fn a_disk_without_room_is_an_error_and_leaves_nothing() {
     }
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_on_standard_output_is_an_error_of_whatever_is_printed() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("a.ply"), files::sound("ply")).unwrap();
+    fs::write(folder.path().join("a.svg"), "").unwrap();
+    let trips = ["study", "roundtrip", "-q", "--times", "1", "-s", "0.5", "sphere"];
+    for arguments in [
+        &["measure", "-q", "-s", "1", "box"][..],
+        &["measure", "-q", "-s", "1", "--json", "box"],
+        &["measure", "-q", "-s", "1", "--structure", "box"],
+        &["list"],
+        &["list", "--json"],
+        &["list", "box"],
+        &["check", "a.ply"],
+        &["convert", "-q", "box"],
+        &["slice", "-q", "-s", "1", "--at", "0", "-o", "a.svg", "--json", "box"],
+        &trips,
+        &["study", "hierarchy", "-q", "-s", "0.5", "box", "sphere"],
+        &["completions", "bash"],
+        &["serve"],
+        &["--help"],
+        &["help", "measure"],
+        &["--version"],
+    ] {
+        let mut child = Command::new(ALVEOLE)
+            .args(arguments)
+            .current_dir(folder.path())
+            .stdin(Stdio::piped())
+            .stdout(File::options().write(true).open("/dev/full").unwrap())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let request = b"{\"program\": \"box\", \"spacing\": 1}\n";
+        // A command that reads nothing may have ended.
+        let _ = child.stdin.take().unwrap().write_all(request);
+        let output = child.wait_with_output().unwrap();
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{arguments:?}: {said}");
+        assert!(
+            said.starts_with("alveole") && said.contains("cannot write standard output: No space"),
+            "{arguments:?}: {said}"
+        );
+        assert_eq!(said.lines().count(), 1, "{arguments:?}: {said}");
+        assert_eq!(names(folder.path()), ["a.ply", "a.svg"], "{arguments:?}");
+    }
+}
+
 #[test]
 fn a_reader_that_goes_ends_the_work_with_1_and_a_listing_with_0() {
     let folder = tempfile::tempdir().unwrap();
@@ -161,6 +210,7 @@ fn a_reader_that_goes_ends_the_work_with_1_and_a_listing_with_0() {
         (CESOGEN, &["-q", "-s", "0.02", "-o", "-", "gyroid", "box"][..], 1),
         (ALVEOLE, &["list"], 0),
         (ALVEOLE, &["list", "--json"], 0),
+        (ALVEOLE, &["--help"], 0),
         (ALVEOLE, &["measure", "-q", "-s", "0.5", "box"], 0),
     ] {
         let mut child = Command::new(binary)

@@ -46,9 +46,9 @@ pub(super) fn run(arguments: &ServeArguments) -> Result<(), Trouble> {
             Line::Whole => server.answer(&line),
         };
         let sent = output.write_all(reply.as_bytes()).and_then(|()| output.flush());
-        if sent.is_err() {
-            // Nobody listens any more: there is nothing left to do.
-            return Ok(());
+        if let Err(error) = sent {
+            // Where nobody listens any more there is nothing left to do.
+            return report::heard(Err(error)).map_err(Trouble::Print);
         }
     }
 }

@@ -229,6 +229,7 @@ impl From<Trouble> for ErrorReply {
             | Trouble::Word { .. }
             | Trouble::Read(_)
             | Trouble::Threads(_)
+            | Trouble::Print(_)
             | Trouble::Requests(_)
             | Trouble::Scratch(_)
             | Trouble::Study(_)
