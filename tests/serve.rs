@@ -20,8 +20,13 @@ fn start(folder: &Path) -> Child {
         .unwrap()
 }
 
-/// The replies to `input`; the server ends well and says nothing else.
+/// The replies to `input`.
 fn replies(folder: &Path, input: &[u8]) -> Vec<Value> {
+    lines(folder, input).iter().map(|line| serde_json::from_str(line).unwrap()).collect()
+}
+
+/// The replies to `input`, as they are written; the server ends well and says nothing else.
+fn lines(folder: &Path, input: &[u8]) -> Vec<String> {
     let mut child = start(folder);
     let mut to = child.stdin.take().unwrap();
     let input = input.to_vec();
@@ -32,7 +37,7 @@ fn replies(folder: &Path, input: &[u8]) -> Vec<Value> {
     assert_eq!(String::from_utf8_lossy(&stderr), "");
     let text = String::from_utf8(stdout).unwrap();
     assert!(text.is_empty() || text.ends_with('\n'));
-    text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+    text.lines().map(str::to_owned).collect()
 }
 
 /// The reply to one request.
@@ -100,6 +105,36 @@ fn a_session_of_an_optimizer_gets_its_replies_in_order() {
     assert_eq!(found[4]["mesh"]["file"], "out.ply");
     assert_eq!(found[4]["mesh"]["precision"], "single");
     assert!(found[4]["mesh"]["triangles"].as_u64().unwrap() > 1000);
+}
+
+#[test]
+fn an_id_comes_back_as_it_was_written() {
+    let folder = tempfile::tempdir().unwrap();
+    for id in [
+        "12345678901234567890123",
+        "1.50",
+        "-0",
+        "1e2",
+        "null",
+        r#""\u0041 \/ b""#,
+        r#"{ "b": [1,  2.0], "a": {} }"#,
+    ] {
+        let input = format!(
+            "{{\"id\":  {id} , \"program\": \"box\"}}\n{{\"program\": \"gyrod\", \"id\":{id}}}\n\
+             {{\"id\":{id}}}\n{{\"id\":{id},\"program\":\"box\",\"program\":\"box\"}}\n"
+        );
+        let lines = lines(folder.path(), input.as_bytes());
+        assert_eq!(lines.len(), 4);
+        for (line, kind) in lines.iter().zip(["bounds", "error", "error", "error"]) {
+            let begin = format!("{{\"id\":{id},\"{kind}\":");
+            assert!(line.starts_with(&begin), "{line}");
+        }
+    }
+    // None where it can't be told which it is.
+    let input = b"{\"id\":1,\"id\":2}\n{\"id\":1\n[1]\n";
+    for line in lines(folder.path(), input) {
+        assert!(line.starts_with("{\"id\":null,\"error\":"), "{line}");
+    }
 }
 
 #[test]

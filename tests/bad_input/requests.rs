@@ -44,6 +44,8 @@ fn whatever_a_line_holds_it_gets_its_reply_and_the_next_is_served() {
         (with("\"parameters\": [1]"), "request"),
         (with("\"parameters\": {\"x\": 1}"), "program"),
         (with("\"measure\": [\"foo\"]"), "request"),
+        (with("\"spacing\": 1, \"spacing\": 1"), "request"),
+        (format!("{{\"{0}\": 1, \"{0}\": 1}}", "k".repeat(1 << 20)).into_bytes(), "request"),
         (with("\"mesh\": 3"), "request"),
         (with("\"mesh\": \"-\""), "output"),
         (with("\"mesh\": \"/dev/full\""), "output"),
@@ -67,5 +69,33 @@ fn whatever_a_line_holds_it_gets_its_reply_and_the_next_is_served() {
         assert_eq!(pair[0]["error"]["kind"], *kind, "{line}: {}", pair[0]);
         assert!(message.is_some_and(|text| text.len() < 1500), "{line}: {}", pair[0]);
         assert_eq!(pair[1]["measures"]["volume"], 8.0, "after {line}");
+    }
+}
+
+#[test]
+fn keys_given_twice_are_refused_by_name() {
+    let said = |request: &str| {
+        let reply = replies(&[request.as_bytes().to_vec()]).remove(0);
+        assert_eq!(reply["error"]["kind"], "request", "{reply}");
+        reply["error"]["message"].as_str().unwrap().to_owned()
+    };
+    for (request, message) in [
+        (
+            r#"{"program": "box scale t", "parameters": {"t": 1, "t": 2}}"#,
+            "`t` is given twice at line 1 column 53",
+        ),
+        (r#"{"program": "box", "program": "box"}"#, "`program` is given twice at line 1 column 28"),
+        // However they are written.
+        (
+            r#"{"id": 1, "program": "box", "spacing": 1, "sp\u0061cing": 1}"#,
+            "`spacing` is given twice at line 1 column 56",
+        ),
+        (
+            r#"{"program": "box", "structure": {"up": [0,0,1], "up": [0,0,1]}}"#,
+            "`up` is given twice at line 1 column 52",
+        ),
+        (r#"{"id": 1, "program": "box", "id": 2}"#, "`id` is given twice at line 1 column 32"),
+    ] {
+        assert_eq!(said(request), message);
     }
 }

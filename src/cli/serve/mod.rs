@@ -7,6 +7,7 @@
 #![doc = include_str!("protocol.md")]
 //! ```
 
+mod json;
 mod programs;
 mod reply;
 mod request;
@@ -82,7 +83,7 @@ fn read_line(input: &mut impl BufRead, line: &mut Vec<u8>) -> std::io::Result<Li
 fn too_long() -> String {
     let message = format!("the line is longer than {LONGEST_LINE} bytes");
     let error = ErrorReply::plain("line", message).cure("name a file of words by `@FILE`");
-    Reply { id: &Value::Null, outcome: Err(error) }.line()
+    Reply { id: None, outcome: Err(error) }.line()
 }
 
 /// What a server may do.
@@ -113,15 +114,18 @@ impl Server {
     /// `line` may hold anything at all.
     pub fn answer(&mut self, line: &[u8]) -> String {
         let start = Instant::now();
-        let value: Value = match serde_json::from_slice(line) {
+        let id = json::id(line);
+        let value = match json::value(line) {
             Ok(value) => value,
             Err(error) => {
-                let error =
-                    ErrorReply::plain("line", format!("the line can't be read as JSON: {error}"));
-                return Reply { id: &Value::Null, outcome: Err(error) }.line();
+                let error = if error.is_data() {
+                    ErrorReply::plain("request", error.to_string())
+                } else {
+                    ErrorReply::plain("line", format!("the line can't be read as JSON: {error}"))
+                };
+                return Reply { id, outcome: Err(error) }.line();
             }
         };
-        let id = value.get("id").cloned().unwrap_or_default();
         // A defect of this program must not take the other requests with it. The programs kept may
         // be in any state afterwards, so they go.
         let outcome = catch_unwind(AssertUnwindSafe(|| self.outcome(value)));
@@ -132,7 +136,7 @@ impl Server {
         if let Ok(made) = &mut outcome {
             made.seconds = start.elapsed().as_secs_f64();
         }
-        Reply { id: &id, outcome }.line()
+        Reply { id, outcome }.line()
     }
 
     fn outcome(&mut self, value: Value) -> Result<Made, ErrorReply> {

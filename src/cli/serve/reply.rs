@@ -9,13 +9,14 @@ use crate::lang::{Diagnostic, Sources};
 use crate::mesh::io::{Format, Precision};
 use annotate_snippets::Renderer;
 use serde::Serialize;
+use serde_json::value::RawValue;
 use serde_json::{Map, Value};
 
 /// A reply.
 #[derive(Debug)]
 pub(super) struct Reply<'a> {
-    /// The request's own.
-    pub(super) id: &'a Value,
+    /// The request's own, as it is written there.
+    pub(super) id: Option<&'a RawValue>,
     /// What it led to.
     pub(super) outcome: Result<Made, ErrorReply>,
 }
@@ -23,7 +24,7 @@ pub(super) struct Reply<'a> {
 /// A reply as it is sent.
 #[derive(Serialize)]
 struct Sent<'a> {
-    id: &'a Value,
+    id: Option<&'a RawValue>,
     #[serde(skip_serializing_if = "Option::is_none")]
     error: Option<&'a ErrorReply>,
     #[serde(flatten, skip_serializing_if = "Option::is_none")]
