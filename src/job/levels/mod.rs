@@ -57,8 +57,8 @@ const NO_PART: &str = "raising its level adds nothing to the whole. A skin may f
     alone, as `shell` and `thickness` do: ask for the share that remains";
 
 /// Why a density can't be had where the level nearest to it leaves nothing in.
-const NOTHING: &str = "at the level nearest to it no node of the grid is in the solid. The field \
-    may jump past the share, or the solid be thinner than the grid sees: give a smaller spacing";
+const NOTHING: &str = "at the level nearest to it nothing is left in. The field may jump past the \
+    share, or the solid be thinner than the grid sees: give a smaller spacing";
 
 /// Why densities can't be had together.
 const UNSETTLED: &str = "its level and those of the other densities do not settle. Two densities \
@@ -211,8 +211,18 @@ struct Seen {
 }
 
 impl Search<'_> {
-    /// Finds the levels, from nothing: what was found for other values does not show.
+    /// Finds the levels, which leave something in.
     fn run(&mut self, bounds: Aabb, finest: f64) -> Result<Vec<Density>, Error> {
+        let found = self.search(bounds, finest)?;
+        let nothing = self.job.solid.fractions.iter().zip(&found).find(|(_, d)| d.found <= 0.0);
+        match nothing {
+            Some((fraction, _)) => Err(self.job.no_density(fraction, NOTHING)),
+            None => Ok(found),
+        }
+    }
+
+    /// Finds the levels, from nothing: what was found for other values does not show.
+    fn search(&mut self, bounds: Aabb, finest: f64) -> Result<Vec<Density>, Error> {
         let named = self.job.parameters().len();
         self.values[named..].fill(0.0);
         let [rough, fine] = CELLS.map(|count| Cells::new(bounds, count));
@@ -438,10 +448,6 @@ impl Search<'_> {
             if !is_first && change <= TOLERANCE || is_finest {
                 for density in &mut densities {
                     density.error = change.max(TOLERANCE);
-                }
-                let nothing = fractions.iter().zip(&densities).find(|(_, d)| d.found <= 0.0);
-                if let Some((fraction, _)) = nothing {
-                    return Err(self.job.no_density(fraction, NOTHING));
                 }
                 return Ok(Some(densities));
             }
