@@ -1,7 +1,8 @@
 //! The mesh one brick at a time, for those who want its measures and not the mesh.
 //!
 //! [`sweep`] shows the part of the mesh in the cells of each brick, its *patch*: the triangles that
-//! [`contour`](super::contour) makes there, with the same positions to the bit. Each patch is whole
+//! [`contour`](super::contour) makes there, with the same positions to the bit; or the same triangles
+//! between the roots themselves, for those who measure the field ([`Vertices`]). Each patch is whole
 //! by itself: crossings on the far faces of a brick's cells are found again for the next brick,
 //! about one in eight, which costs less than numbers that hold for the whole mesh, and nothing
 //! outlives its brick. Every triangle is in one patch.
@@ -44,6 +45,15 @@ pub struct Patch<'a> {
     pub lines: &'a BrickLines,
 }
 
+/// Where the vertices of patches lie.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Vertices {
+    /// Where those of the mesh do, off crowded nodes: every triangle has an area.
+    OffNodes,
+    /// At the roots of the field: triangles at a node may have no area, or next to none.
+    AtRoots,
+}
+
 /// What looks at patches.
 pub trait Visitor: Sync {
     /// Scratch memory of one thread.
@@ -52,6 +62,8 @@ pub trait Visitor: Sync {
     type Sum: Send;
     /// Whether patches come with their triangles on every other node.
     const COARSE: bool = false;
+    /// Where vertices lie.
+    const VERTICES: Vertices = Vertices::OffNodes;
 
     /// Fresh memory.
     fn memory(&self) -> Self::Memory;
@@ -261,7 +273,12 @@ fn visit<S: Sampler, V: Visitor>(
                 roots,
                 positions,
             )?;
-            placer.keep_off(&lines, |place| scene.is_crowded(brick, place), positions);
+            match V::VERTICES {
+                Vertices::OffNodes => {
+                    placer.keep_off(&lines, |place| scene.is_crowded(brick, place), positions);
+                }
+                Vertices::AtRoots => {}
+            }
         }
         positions.extend(lists[3].nodes().iter().map(|&node| {
             let place = place_of(node);

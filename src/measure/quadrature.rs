@@ -2,7 +2,8 @@
 //!
 //! The solid {f < 0} in the grid's box is cut cell by cell: where a cell's corners differ in sign, the
 //! crossings of its edges, roots of the field to rounding, span flat pieces. No vertex is numbered
-//! and no triangle kept. What lies between a piece and the smooth surface is known from the
+//! and no triangle kept; nor is a vertex kept off nodes as in a mesh, since a piece without area adds
+//! nothing here and harms nothing. What lies between a piece and the smooth surface is known from the
 //! gradients at its corners (`measure/bulge.rs`), so volume and area are wrong by a part h⁴ of the
 //! spacing h where the surface is smooth. Creases are cut off: there the pieces stay as they are, and
 //! miss a part h² of volume. The same sum over cells of twice the size, with a quarter of the same
@@ -43,7 +44,7 @@
 
 use super::bulge::{Bulge, Found, LANES, Looking, Pieces, sliver};
 use super::gradient::{BATCH, Crossings, CrossingsMemory, GridMotion};
-use crate::contour::sweep::{Patch, Visitor, is_own, sweep};
+use crate::contour::sweep::{Patch, Vertices, Visitor, is_own, sweep};
 use crate::contour::{Error, Grid, Report, Settings};
 use crate::eval::Sampler;
 use crate::eval::rates::BoundRates;
@@ -245,6 +246,7 @@ impl Visitor for Cutter<'_> {
     type Memory = Memory;
     type Sum = Sums;
     const COARSE: bool = true;
+    const VERTICES: Vertices = Vertices::AtRoots;
 
     fn memory(&self) -> Memory {
         let crossings = self.crossings.memory();
