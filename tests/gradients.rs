@@ -2,23 +2,27 @@
 //!
 //! Where a parameter moves a little without changing the sign of any node, the mesh keeps its
 //! triangles and its volume and area are smooth: central differences of step 1e-7 err by rounding
-//! (1e-15 / 1e-7, relative) and by nothing else that counts. A vertex that passes a kink or comes to
-//! be held at a node meanwhile shows as two one-sided differences that disagree; such a point proves
-//! nothing and is left out, and few may be.
+//! (1e-15 / 1e-7, relative) and by nothing else that counts. Steps as small show vertices that are
+//! held off nodes at rest: what they add to the derivatives is told apart, and taken off before the
+//! rest is compared. A vertex that passes a kink or comes to be held at a node meanwhile shows as two
+//! one-sided differences that disagree; such a point proves nothing and is left out, as is a model
+//! where edges graze the surface, and few may be.
+//! What held vertices add is held to closed forms and to differences of larger steps.
 #![allow(clippy::unwrap_used)]
 #![allow(clippy::print_stderr, reason = "a failure names its seed")]
 
 #[path = "gradients/model.rs"]
 mod model;
 
+use alveole::contour::grid::TAU;
 use alveole::contour::{Settings, contour};
-use alveole::eval::rates::{Across, Rates};
+use alveole::eval::rates::Rates;
 use alveole::eval::{Engine, Program};
 use alveole::expr::{Graph, NodeId, Oracle, Output, Unary};
 use alveole::field::mesh_distance;
-use alveole::geom::Aabb;
+use alveole::geom::{Aabb, Axis};
 use alveole::job::{self, Job, Quantities};
-use alveole::measure::{Estimate, Gradient, GridMotion, Totals, gradient, totals};
+use alveole::measure::{Estimate, Gradient, Totals, gradient, totals};
 use alveole::mesh::Mesh;
 use alveole::mesh::measure::measure;
 use alveole::mesh::sink::Collect;
@@ -51,9 +55,7 @@ impl Model {
         let grid = self.grid(&self.values);
         let program = Program::new(&self.graph, self.solid.field, engine).unwrap();
         let motions = self.motions();
-        let still = motions.iter().all(GridMotion::is_still);
-        let across = if still { Across::Nothing } else { Across::Both };
-        let rates = Rates::new(&program, &self.ids, across, engine).unwrap();
+        let rates = Rates::new(&program, &self.ids, engine).unwrap();
         let rates = rates.bind(&grid.tables(), &self.values);
         let bound = program.bind(grid.tables(), &self.values);
         let settings = Settings::default();
@@ -73,9 +75,12 @@ impl Model {
         let close = |a: f64, b: f64, scale: f64| (a - b).abs() <= scale * (1.0 + a.abs());
         assert!(close(found.totals.volume, direct.volume, 1e-13), "{name}: volume");
         assert!(close(found.totals.area, direct.area, 1e-13), "{name}: area");
-        assert_eq!(found.unresolved, 0, "{name}: crossings without velocity");
+        if found.unresolved > 0 {
+            eprintln!("{name}: edges graze the surface at {} crossings", found.unresolved);
+            return 0;
+        }
         let mut proved = 0;
-        for (k, by) in found.by.iter().enumerate() {
+        for (k, (by, held)) in found.by.iter().zip(&found.held).enumerate() {
             let moved = |by: f64| {
                 let mut values = self.values.clone();
                 values[k] += by;
@@ -90,8 +95,18 @@ impl Model {
             let size = direct.volume / direct.area;
             let mut smooth = true;
             for (what, slope, values, scale) in [
-                ("volume", by.volume, [below.volume, direct.volume, above.volume], direct.area),
-                ("area", by.area, [below.area, direct.area, above.area], direct.area / size),
+                (
+                    "volume",
+                    by.volume - held.volume,
+                    [below.volume, direct.volume, above.volume],
+                    direct.area,
+                ),
+                (
+                    "area",
+                    by.area - held.area,
+                    [below.area, direct.area, above.area],
+                    direct.area / size,
+                ),
             ] {
                 let [left, right] = [0, 1].map(|i| (values[i + 1] - values[i]) / STEP);
                 let difference = 0.5 * (left + right);
@@ -206,10 +221,37 @@ fn meshes_reached_through_motions() {
     }
 }
 
-/// Compares the derivatives that a job tells with differences of what it measures.
+/// Whether a vertex of the solid's mesh is held off a node.
+fn holds_vertices(text: &str, values: &[(&str, f64)], settings: &job::Settings) -> bool {
+    let job = Job::parse_with(text, values).unwrap();
+    let (grid, mesh) = (job.grid(settings).unwrap(), job.mesh(settings).unwrap());
+    mesh.positions.iter().any(|position| {
+        Axis::ALL.into_iter().any(|axis| {
+            let nodes = grid.placed(axis);
+            nodes.windows(2).any(|ends| {
+                let fraction = (position[axis.index()] - ends[0]) / (ends[1] - ends[0]);
+                let from_end = fraction.min(1.0 - fraction);
+                (from_end - TAU).abs() < 1e-9
+            })
+        })
+    })
+}
+
+/// Compares the derivatives that a job tells with differences of what it measures, at the first
+/// values from `values` on for which no vertex is held, of the solid or of its envelope.
 #[track_caller]
-fn check_job(text: &str, values: &[(&str, f64)], settings: &job::Settings) {
+fn check_job([text, envelope]: [&str; 2], values: &[(&str, f64)], settings: &job::Settings) {
     let progress = Progress::new();
+    let nudged = (0..500).map(|i| {
+        let by = f64::from(i) * 1e-3;
+        values.iter().map(|(name, value)| (*name, value + by)).collect::<Vec<_>>()
+    });
+    let holds = |values: &[(&str, f64)]| {
+        [text, envelope].iter().any(|text| holds_vertices(text, values, settings))
+    };
+    let values =
+        nudged.into_iter().find(|values| !holds(values)).expect("values without held ones");
+    let values = &values[..];
     let found = Job::parse_with(text, values).unwrap().gradient(settings, &progress).unwrap();
     let rows = |q: &Quantities| [q.volume, q.area, q.relative_density, q.envelope_density];
     let measured = |values: &[(&str, f64)]| {
@@ -239,16 +281,75 @@ fn check_job(text: &str, values: &[(&str, f64)], settings: &job::Settings) {
 #[test]
 fn jobs_tell_derivatives_of_densities() {
     let settings = job::Settings::with_spacing(0.17);
-    check_job("gyroid dilate t box", &[("t", 0.31)], &settings);
-    check_job("gyroid dilate t box scale s", &[("t", 0.31), ("s", 1.13)], &settings);
+    check_job(["gyroid dilate t box", "box"], &[("t", 0.31)], &settings);
+    let scaled = ["gyroid dilate t box scale s", "box scale s"];
+    check_job(scaled, &[("t", 0.31), ("s", 1.13)], &settings);
     // The envelope is the ball, and depends on one of the two.
-    check_job("gyroid shell t sphere scale r", &[("r", 0.93), ("t", 0.41)], &settings);
+    let ball = ["gyroid shell t sphere scale r", "sphere scale r"];
+    check_job(ball, &[("r", 0.93), ("t", 0.41)], &settings);
     // The spacing follows the box; no node can change its sign.
-    let own = job::Settings::default();
-    check_job("box scale s,1,1", &[("s", 1.13)], &own);
+    check_job(["box scale s,1,1"; 2], &[("s", 1.13)], &job::Settings::default());
     let bounds = Aabb::new(DVec3::splat(-0.9), DVec3::splat(1.1));
     let fixed = job::Settings { bounds: Some(bounds), ..settings };
-    check_job("'x^2 + k*y^2 + z^2 - 1' gyroid shell k", &[("k", 0.61)], &fixed);
+    let equation = "'x^2 + k*y^2 + z^2 - 1' gyroid shell k";
+    check_job([equation; 2], &[("k", 0.61)], &fixed);
+}
+
+/// What a job tells of its derivatives of volume and area by each parameter, and how many crossings
+/// were left unresolved.
+fn slopes(text: &str, values: &[(&str, f64)], settings: &job::Settings) -> (Vec<[f64; 2]>, u64) {
+    let job = Job::parse_with(text, values).unwrap();
+    let found = job.gradient(settings, &Progress::new()).unwrap();
+    let slopes = found.by.iter().map(|by| [by.derivatives.volume, by.derivatives.area]);
+    (slopes.collect(), found.unresolved)
+}
+
+#[test]
+fn faces_on_nodes_move_with_all_of_their_vertices() {
+    let own = job::Settings::default();
+    for (text, a, truth) in [
+        ("'x-a' box", 0.5, [4.0, 8.0]),
+        ("'x-a' box", 0.500_000_1, [4.0, 8.0]),
+        ("'abs(x)-a' box", 0.2, [8.0, 16.0]),
+    ] {
+        let (found, unresolved) = slopes(text, &[("a", a)], &own);
+        assert_eq!(unresolved, 0, "{text}");
+        for (found, truth) in found[0].into_iter().zip(truth) {
+            assert!((found - truth).abs() < 1e-9, "{text}, {a}: {found} is not {truth}");
+        }
+    }
+}
+
+/// Compares derivatives at round values, where edges graze the surface, with central differences of a
+/// fifth of the spacing or less, by which nodes change signs as they do for an optimizer.
+#[track_caller]
+fn check_grazed(text: &str, values: &[(&str, f64)], spacing: f64, step: f64, tolerance: f64) {
+    let settings = job::Settings::with_spacing(spacing);
+    let (found, unresolved) = slopes(text, values, &settings);
+    assert!(unresolved > 0, "{text}");
+    for (k, found) in found.iter().enumerate() {
+        let [below, above] = [-step, step].map(|step| {
+            let mut moved = values.to_vec();
+            moved[k].1 += step;
+            let job = Job::parse_with(text, &moved).unwrap();
+            let found = job.totals(&settings, &Progress::new()).unwrap();
+            [found.volume, found.area]
+        });
+        for i in 0..2 {
+            let difference = (above[i] - below[i]) / (2.0 * step);
+            let error = (found[i] / difference - 1.0).abs();
+            assert!(error < tolerance, "{text}: {} by {k} is not {difference}", found[i]);
+        }
+    }
+}
+
+#[test]
+fn edges_that_graze_the_surface_move_its_vertices_along_normals() {
+    check_grazed("kelvin radius r box", &[("r", 0.12)], 0.02, 0.004, 0.05);
+    let octet = "octet radius r fillet f box";
+    check_grazed(octet, &[("r", 0.1), ("f", 0.06)], 0.04, 0.002, 0.05);
+    check_grazed("simple-cubic radius r box", &[("r", 0.1)], 0.02, 0.0033, 0.08);
+    check_grazed("'a*x^2+b*y^4-z' box", &[("a", 0.3), ("b", 0.4)], 0.02, 0.004, 0.03);
 }
 
 #[test]

@@ -9,7 +9,6 @@
 mod model;
 
 use alveole::contour::Settings;
-use alveole::eval::rates::Across;
 use alveole::eval::{Engine, Program};
 use alveole::expr::{Graph, NodeId};
 use alveole::geom::Aabb;
@@ -25,7 +24,7 @@ fn measures(model: &Model) -> FieldMeasures {
     let program = Program::new(&model.graph, model.solid.field, Engine::Interpreter).unwrap();
     let grid = model.grid(&model.values);
     let bound = program.bind(grid.tables(), &model.values);
-    let (rates, motions) = (model.rates(&program, Across::Both), model.motions());
+    let (rates, motions) = (model.rates(&program), model.motions());
     let (settings, progress) = (Settings::default(), Progress::new());
     quadrature(&bound, &rates, &motions, &grid, &settings, &progress).unwrap().0
 }

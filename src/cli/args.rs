@@ -131,7 +131,8 @@ pub(super) struct MeasureArguments {
     pub(super) json: bool,
 
     /// Print volume, area and densities with their derivatives by each `--param`, those of the mesh
-    /// to rounding; a box or spacing that an option gives counts as fixed
+    /// for steps that move its surface by more than a thousandth of the spacing; a box or spacing that
+    /// an option gives counts as fixed
     #[arg(long)]
     pub(super) gradient: bool,
 

@@ -46,18 +46,19 @@ pub(super) fn run(name: &str, arguments: &MeasureArguments) -> Result<(), Troubl
     mesh::write_stats(common.stats.as_deref(), &report, None, start)
 }
 
-/// Says that derivatives leave something out. Never quietly: they are wrong by it.
+/// Says that derivatives leave something out or estimate it. Never quietly: they are wrong by it.
 fn warn_of_unresolved(name: &str, count: u64) {
     if let Some(remark) = unresolved(count) {
         report::say(&format!("{name}: warning: {remark}"));
     }
 }
 
-/// What is to be said about derivatives that leave out `count` crossings.
+/// What is to be said about derivatives at whose `count` crossings vertices have no velocity.
 pub(super) fn unresolved(count: u64) -> Option<String> {
     (count > 0).then(|| {
         format!(
-            "the field jumps or is flat at {count} crossings, which the derivatives take as fixed"
+            "at {count} crossings the field jumps or is flat, or a grid edge grazes the surface: the \
+             derivatives take them as fixed, or as moving with the surface"
         )
     })
 }

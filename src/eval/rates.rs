@@ -16,19 +16,10 @@ use crate::expr::{Failure, Graph, NodeId, ParameterId, derive};
 use crate::geom::Axis;
 use std::sync::Arc;
 
-/// Which derivatives along the axes are wanted besides that along the edge.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Across {
-    /// None.
-    Nothing,
-    /// Those along the two other axes.
-    Both,
-}
-
 /// The value of a field on edges with its derivatives, ready to run.
 ///
 /// The outputs are, in this order: the value; the derivative along the edge; those along the two
-/// other axes in their order, if wanted; the derivatives by the parameters.
+/// other axes in their order; the derivatives by the parameters.
 #[derive(Clone, Debug)]
 pub struct Rates(Arc<Parts>);
 
@@ -54,7 +45,6 @@ impl Rates {
     pub fn new(
         program: &Program,
         parameters: &[ParameterId],
-        across: Across,
         engine: Engine,
     ) -> Result<Self, ProgramError> {
         let (lowered, bits) = program.parts();
@@ -65,10 +55,8 @@ impl Rates {
             .collect();
         let lines = Axis::ALL.map(|axis| {
             let mut outputs = vec![lowered.root, gradient[axis.index()]];
-            if across == Across::Both {
-                let others = Axis::ALL.into_iter().filter(|other| *other != axis);
-                outputs.extend(others.map(|other| gradient[other.index()]));
-            }
+            let others = Axis::ALL.into_iter().filter(|other| *other != axis);
+            outputs.extend(others.map(|other| gradient[other.index()]));
             outputs.extend(&by);
             Schedule::line(&Tape::new(&graph, &outputs), &bits, axis)
         });
@@ -85,7 +73,7 @@ impl Rates {
             Engine::Automatic if lines[0].tape().len() > super::machine::LARGE => interpreted(),
             Engine::Automatic => compiled().unwrap_or_else(|_| interpreted()),
         };
-        let outputs = 2 + parameters.len() + if across == Across::Both { 2 } else { 0 };
+        let outputs = 4 + parameters.len();
         Ok(Self(Arc::new(Parts { machine, leaves, graph, outputs })))
     }
 

@@ -8,7 +8,7 @@ use super::kept::{Envelope, Kept, KeptRates};
 use super::level_rates::LevelRates;
 use super::{Error, Job, Report, Settings, Spacing};
 use crate::contour::{self, Grid};
-use crate::eval::rates::{Across, BoundRates};
+use crate::eval::rates::BoundRates;
 use crate::eval::{Bound, interpret};
 use crate::expr::{Graph, NodeId, ParameterId};
 use crate::geom::Axis;
@@ -40,7 +40,13 @@ pub struct By<D> {
     pub derivatives: D,
 }
 
-/// Quantities of the mesh of a solid, and their exact derivatives.
+/// Quantities of the mesh of a solid, and their derivatives.
+///
+/// These are of the mesh to rounding, as steps of the parameters show that move the surface by more
+/// than a thousandth of the spacing: [`measure::gradient`](mod@crate::measure::gradient) says what
+/// they are for shorter ones. What goes through a level that a density is solved for goes through
+/// that of the solid itself, with likely errors of its own; the level that is solved for on a
+/// coarse grid has another derivative, by the error of the grid.
 #[derive(Clone, Debug, serde::Serialize)]
 pub struct Gradient {
     /// The quantities.
@@ -48,8 +54,9 @@ pub struct Gradient {
     pub quantities: Quantities,
     /// Their derivatives by each parameter, in the order in which the parameters were given.
     pub by: Vec<By<Quantities>>,
-    /// Crossings of grid edges where the field jumps or is flat, which are taken not to move: the
-    /// derivatives are exact if there are none.
+    /// Crossings of grid edges without a velocity of their own: where the field jumps or is flat,
+    /// which are taken not to move, and where the edge grazes the surface, which move with its
+    /// normal speed. The derivatives are those of the mesh only as far as there are none.
     pub unresolved: u64,
     /// What contouring did.
     pub report: Report,
@@ -70,7 +77,7 @@ pub struct FieldMeasures {
     pub envelope_density: Estimate,
     /// Derivatives by each parameter.
     pub by: Vec<By<FieldSlopes>>,
-    /// As [`Gradient::unresolved`].
+    /// Crossings of grid edges where the field jumps or is flat, which are taken not to move.
     pub unresolved: u64,
     /// What was done.
     pub report: Report,
@@ -334,9 +341,7 @@ impl Field<'_> {
         settings: &Settings,
         progress: &Progress,
     ) -> Result<(measure::Gradient, Report), Error> {
-        let still = motions.iter().all(GridMotion::is_still);
-        let across = if still { Across::Nothing } else { Across::Both };
-        self.with_rates(slots, across, settings, |bound, rates, chosen| {
+        self.with_rates(slots, settings, |bound, rates, chosen| {
             measure::gradient(bound, rates, motions, self.grid, chosen, progress)
         })
     }
@@ -350,7 +355,7 @@ impl Field<'_> {
         settings: &Settings,
         progress: &Progress,
     ) -> Result<(measure::FieldMeasures, Report), Error> {
-        self.with_rates(slots, Across::Both, settings, |bound, rates, chosen| {
+        self.with_rates(slots, settings, |bound, rates, chosen| {
             quadrature::quadrature(bound, rates, motions, self.grid, chosen, progress)
         })
     }
@@ -376,7 +381,7 @@ impl Field<'_> {
         progress: &Progress,
     ) -> Result<(f64, Vec<f64>), Error> {
         let motions = vec![GridMotion::default(); slots.len()];
-        let found = self.with_rates(slots, Across::Both, settings, |bound, rates, chosen| {
+        let found = self.with_rates(slots, settings, |bound, rates, chosen| {
             quadrature::volume(bound, rates, &motions, self.grid, chosen, progress)
         });
         found.map(|(found, _)| found)
@@ -386,7 +391,6 @@ impl Field<'_> {
     fn with_rates<R>(
         &self,
         slots: &[ParameterId],
-        across: Across,
         settings: &Settings,
         work: impl FnOnce(
             &Bound,
@@ -396,7 +400,7 @@ impl Field<'_> {
     ) -> Result<(R, Report), Error> {
         let start = Instant::now();
         let program = self.program.program(self.graph, self.field, settings.engine, self.grid)?;
-        let rates = self.rates.rates(&program, slots, across, settings.engine)?;
+        let rates = self.rates.rates(&program, slots, settings.engine)?;
         let compiling = start.elapsed();
         let tables = self.grid.tables();
         let rates = rates.bind(&tables, &self.values);

@@ -1,7 +1,7 @@
 //! What is kept from one evaluation to the next: compiled programs and what no parameter changes.
 
 use crate::contour::Grid;
-use crate::eval::rates::{Across, Rates};
+use crate::eval::rates::Rates;
 use crate::eval::{Engine, Program, ProgramError};
 use crate::expr::{Graph, NodeId, ParameterId};
 use crate::solid::Solid;
@@ -52,7 +52,7 @@ impl Kept {
 pub(super) struct KeptRates(Mutex<Vec<(Asked, Rates)>>);
 
 /// What derivatives were asked for.
-type Asked = (Engine, Across, Vec<ParameterId>);
+type Asked = (Engine, Vec<ParameterId>);
 
 impl KeptRates {
     /// The derivatives of `program`, which must be that of the same field at every call, by
@@ -61,17 +61,16 @@ impl KeptRates {
         &self,
         program: &Program,
         parameters: &[ParameterId],
-        across: Across,
         engine: Engine,
     ) -> Result<Rates, ProgramError> {
         // Not locked while compiling; see `Kept`.
         let kept = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let asked: Asked = (engine, across, parameters.to_vec());
+        let asked: Asked = (engine, parameters.to_vec());
         let known = kept().iter().find(|(known, _)| *known == asked).cloned();
         if let Some((_, rates)) = known {
             return Ok(rates);
         }
-        let rates = Rates::new(program, parameters, across, engine)?;
+        let rates = Rates::new(program, parameters, engine)?;
         kept().push((asked, rates.clone()));
         Ok(rates)
     }

@@ -1,8 +1,9 @@
-//! Volume and area of the mesh, and their exact derivatives by parameters, in one pass over bricks.
+//! Volume and area of the mesh, and their derivatives by parameters, in one pass over bricks.
 //!
 //! The derivatives are those of the numbers that [`totals`](super::totals()) returns, the volume V and the area A of
 //! the very mesh that contouring makes, not of the surface that it approximates: what an optimizer
-//! that evaluates V and A needs to be consistent.
+//! that evaluates V and A needs to be consistent. They are exact but for what lies within
+//! [`TAU`] of an edge, a thousandth, which only steps shorter than that tell apart (below).
 //!
 //! # Derivation
 //! Let p be a parameter, and v' the velocity dv/dp of a vertex v. Over the triangles (a, b, c) with
@@ -20,15 +21,26 @@
 //!
 //! with the branch that the field takes there at its kinks. Where the grid does not depend on p,
 //! y' = z' = 0; else a node's coordinate lo + i h moves with lo' + i h', the last one with hi'. A
-//! vertex on the flat cut at an inside node moves with the node; one held at
-//! [`TAU`] of an edge keeps its fraction of the edge. In an outer plane a vertex is extrapolated from
-//! two roots, u an inset from the plane and v half of that, to 2 v - u: it moves with 2 v' - u'.
+//! vertex on the flat cut at an inside node moves with the node. In an outer plane a vertex is
+//! extrapolated from two roots, u an inset from the plane and v half of that, to 2 v - u: it moves
+//! with 2 v' - u'.
 //!
 //! # Where it holds
 //! Between the parameter values at which a node changes sign, a root reaches a kink or the number of
-//! cells changes: V is continuous at the first two to third order in the spacing, A to second. Where
-//! f jumps at a crossing, or its slope there is zero, the crossing has no velocity:
-//! [`Gradient::unresolved`] counts them, and they add nothing.
+//! cells changes: V is continuous at the first two to third order in the spacing, A to second.
+//!
+//! **At nodes.** A vertex that is held at [`TAU`] of an edge stays there until its root has left that
+//! band, and then moves as fast as the root. Here it moves with its root at once, because a face may
+//! lie in the nodes of a grid with all of its vertices, and by round values often does: any step
+//! longer than the band shows it move. [`Gradient::held`] is what such vertices add; without it the
+//! derivatives are those by infinitely small steps.
+//!
+//! **Where an edge grazes the surface,** at a cosine below [`GRAZING`] between edge and gradient, the
+//! quotient above is as large as the cosine is small, and the vertex off its edge after as short a
+//! step. Such a vertex moves with the surface instead, along its normal with -f_p / |grad f|.
+//!
+//! **Where f jumps** or is flat a crossing has no velocity and adds nothing. Those and the ones
+//! that edges graze are counted by [`Gradient::unresolved`].
 //!
 //! Source: the implicit function theorem; for its use on the vertices of marching cubes,
 //! Remelli et al. 2020, "MeshSDF: Differentiable iso-surface extraction", section 3.2, who move
@@ -46,9 +58,22 @@ use crate::num::Progress;
 use glam::DVec3;
 use pulp::Arch;
 
-/// A crossing whose field is farther than this many edge lengths from zero, by its slope, is a jump
+/// A crossing whose field is farther than this many edge lengths from zero, by its gradient, is a jump
 /// of the field: roots are found to 1e-13 edge lengths or the rounding of the field.
 const JUMP: f64 = 1e-6;
+
+/// Least cosine between an edge and the field's gradient at which a vertex moves along the edge.
+///
+/// A step that moves the surface by d along its normal moves the vertex by d / c, and so off an edge
+/// of length h if d > c h: below [`TAU`] no step that leaves the band about a node sees the vertex
+/// on its edge. What the vertex adds is right only as far as the normals of its triangles are the
+/// field's, which they are to half the angle that the surface turns in a cell, b say; of that the
+/// quotient makes b / c. Where nothing but chance places nodes, crossings below a cosine c are a share
+/// c² of all, one in a million here, since both their density and the area that has such
+/// normals fall with c; b / c squared adds up over them to b² log(1 / c), so that where the line is
+/// drawn hardly matters. By round values nodes lie on the surface where it runs along an edge, and c is
+/// what rounding leaves, 1e-8.
+pub const GRAZING: f64 = TAU;
 
 /// How far beside a crossing derivatives are taken, in edge lengths, where there are none at it:
 /// far enough to be another number, near enough to change nothing.
@@ -64,7 +89,11 @@ pub struct Gradient {
     pub totals: Totals,
     /// Their derivatives, one entry a parameter.
     pub by: Vec<Totals>,
-    /// Crossings without a velocity, where the field jumps or is flat: 0 for an exact gradient.
+    /// What vertices that are held off nodes add to them by moving with their roots, as they do by
+    /// steps longer than [`TAU`] of an edge only.
+    pub held: Vec<Totals>,
+    /// Crossings without a velocity of their own: where the field jumps or is flat, which do not
+    /// move, and where an edge grazes the surface, which move with its normal speed.
     pub unresolved: u64,
 }
 
@@ -97,7 +126,7 @@ impl GridMotion {
 /// Volume and area of the mesh, and their derivatives by the parameters of `rates`, which are
 /// bound to the same tables and values as `sampler`; `motions` says how each moves the grid.
 ///
-/// The derivatives across the edges must be among the rates if anything moves.
+/// The derivatives across the edges must be among the rates.
 ///
 /// # Errors
 /// [`Error`] when the field can't be evaluated or the work is cancelled.
@@ -113,27 +142,28 @@ pub fn gradient<S: Sampler>(
     progress: &Progress,
 ) -> Result<(Gradient, Report), Error> {
     let moving = !motions.iter().all(GridMotion::is_still);
-    let across = rates.outputs().checked_sub(2 + motions.len());
-    assert!(across == Some(2) || (across == Some(0) && !moving), "rates suit the motions");
+    assert_eq!(rates.outputs(), 4 + motions.len(), "rates suit the motions");
     let visitor = GradientVisitor {
         origin: middle(grid),
         arch: Arch::new(),
         crossings: Crossings::new(rates, grid),
         motions,
         moving,
-        across: if across == Some(2) { 2 } else { 0 },
         cells: grid.cells(),
     };
     let (sums, report) = sweep(sampler, grid, settings, progress, &visitor)?;
     let zero = Gradient {
         totals: Totals::default(),
         by: vec![Totals::default(); motions.len()],
+        held: vec![Totals::default(); motions.len()],
         unresolved: 0,
     };
     let total = sums.into_iter().fold(zero, |mut all, part| {
         all.totals = all.totals.plus(part.totals);
-        for (all, part) in all.by.iter_mut().zip(part.by) {
-            *all = all.plus(part);
+        for (all, part) in [(&mut all.by, part.by), (&mut all.held, part.held)] {
+            for (all, part) in all.iter_mut().zip(part) {
+                *all = all.plus(part);
+            }
         }
         all.unresolved += part.unresolved;
         all
@@ -150,8 +180,6 @@ struct GradientVisitor<'a> {
     motions: &'a [GridMotion],
     /// Whether any of them moves.
     moving: bool,
-    /// Rates across the edges: 0 or 2.
-    across: usize,
     cells: [usize; 3],
 }
 
@@ -175,7 +203,7 @@ impl Visitor for GradientVisitor<'_> {
 
     fn zero(&self) -> Gradient {
         let by = vec![Totals::default(); self.motions.len()];
-        Gradient { totals: Totals::default(), by, unresolved: 0 }
+        Gradient { totals: Totals::default(), held: by.clone(), by, unresolved: 0 }
     }
 
     fn visit(
@@ -224,6 +252,53 @@ fn weigh(patch: &Patch<'_>, weights: &mut Vec<[DVec3; 2]>) {
     }
 }
 
+impl Totals {
+    /// Adds what a vertex of the weights given contributes by moving.
+    fn moves(&mut self, [by_volume, by_area]: [DVec3; 2], velocity: DVec3) {
+        self.volume += by_volume.dot(velocity);
+        self.area += by_area.dot(velocity);
+    }
+}
+
+/// A vector with another component along an axis.
+trait WithAxis {
+    fn with_axis(self, axis: Axis, value: f64) -> Self;
+}
+
+impl WithAxis for DVec3 {
+    fn with_axis(mut self, axis: Axis, value: f64) -> Self {
+        self[axis.index()] = value;
+        self
+    }
+}
+
+/// The fraction of its edge, that from `node` along `axis`, at which a vertex is held, if it is.
+fn held_at(patch: &Patch<'_>, axis: Axis, node: u16, vertex: usize) -> Option<f64> {
+    let (a, place) = (axis.index(), place_of(node));
+    let table = &patch.lines.placed[a];
+    let (lower, upper) = (table[place[a]], table[place[a] + 1]);
+    let length = upper - lower;
+    // The very expressions that hold a vertex.
+    let position = patch.positions[vertex][a];
+    if position == lower + TAU * length {
+        Some(TAU)
+    } else if position == upper - TAU * length {
+        Some(1.0 - TAU)
+    } else {
+        None
+    }
+}
+
+/// The gradient among the outputs of rates in `n` lanes on edges along `axis`.
+pub(super) fn gradient_of(outputs: &[f64], n: usize, lane: usize, axis: Axis) -> DVec3 {
+    let [along, first, second] = [1, 2, 3].map(|output| outputs[output * n + lane]);
+    match axis {
+        Axis::X => DVec3::new(along, first, second),
+        Axis::Y => DVec3::new(first, along, second),
+        Axis::Z => DVec3::new(first, second, along),
+    }
+}
+
 /// The derivatives of a field at crossings.
 pub(super) struct Crossings<'a> {
     rates: &'a BoundRates,
@@ -254,7 +329,7 @@ impl<'a> Crossings<'a> {
 
     /// The outputs of the rates at the crossings of the edges from `nodes` along `axis`, at most
     /// [`BATCH`], of which the first is vertex `first` of the patch: one run an output. Outputs of
-    /// a crossing without velocity start with NaN.
+    /// a crossing without gradient start with NaN.
     ///
     /// Where a derivative is no number at the crossing, as inside of a box that ends there, it is
     /// taken a little beside it.
@@ -303,8 +378,8 @@ impl<'a> Crossings<'a> {
         };
         let is_settled = |outputs: &[f64], lane: usize| {
             let finite = (0..count).all(|o| outputs[o * n + lane].is_finite());
-            let (value, slope) = (outputs[lane], outputs[n + lane]);
-            finite && slope != 0.0 && value.abs() <= JUMP * slope.abs() * lengths(lane)
+            let slope = gradient_of(outputs, n, lane, axis).length();
+            finite && slope != 0.0 && outputs[lane].abs() <= JUMP * slope * lengths(lane)
         };
         self.rates.begin(workspace, axis, brick, nodes, activity)?;
         let mut slices: Vec<&mut [f64]> = outputs.chunks_exact_mut(n).take(count).collect();
@@ -351,57 +426,84 @@ impl GradientVisitor<'_> {
         let (a, n) = (axis.index(), nodes.len());
         let outputs = self.crossings.at(crossings, patch, axis, nodes, first)?;
         let table = &patch.lines.placed[a];
-        let others = [(a + 1) % 3, (a + 2) % 3];
-        let others = [others[0].min(others[1]), others[0].max(others[1])];
         for (lane, &node) in nodes.iter().enumerate() {
-            let place = place_of(node);
-            let (lower, upper) = (table[place[a]], table[place[a] + 1]);
-            let length = upper - lower;
-            // The very expressions that hold a vertex.
-            let position = patch.positions[first + lane][a];
-            let held = if position == lower + TAU * length {
-                Some(TAU)
-            } else if position == upper - TAU * length {
-                Some(1.0 - TAU)
-            } else {
-                None
-            };
+            let (vertex, place) = (first + lane, place_of(node));
             let of = |output: usize| outputs[output * n + lane];
-            let (is_root, slope) = (!of(0).is_nan(), of(1));
-            if held.is_none() && !is_root {
+            let gradient = gradient_of(outputs, n, lane, axis);
+            let is_root = !of(0).is_nan();
+            let normal = self.in_outer_planes(patch.brick, place, axis, gradient);
+            let is_grazing = is_root && self.grazes(gradient, normal, axis);
+            if !is_root || is_grazing {
                 sum.unresolved += u64::from(is_own(node));
             }
-            let [by_volume, by_area] = weights[first + lane];
-            for (k, (motion, by)) in self.motions.iter().zip(&mut sum.by).enumerate() {
+            let held = held_at(patch, axis, node, vertex);
+            let (lower, upper) = (table[place[a]], table[place[a] + 1]);
+            let fraction = (patch.positions[vertex][a] - lower) / (upper - lower);
+            for (k, motion) in self.motions.iter().enumerate() {
                 let moved = |b: usize, ahead: usize| {
                     let p = patch.brick[b] as usize * BRICK + place[b] + ahead;
                     if self.moving { motion.node(b, p, self.cells[b]) } else { 0.0 }
                 };
-                let across = others.map(|b| moved(b, 0));
-                let along = match held {
-                    Some(fraction) => (1.0 - fraction) * moved(a, 0) + fraction * moved(a, 1),
-                    None if is_root => {
-                        let mut rate = of(2 + self.across + k);
-                        if self.moving {
-                            rate += of(2) * across[0] + of(3) * across[1];
-                        }
-                        -rate / slope
-                    }
-                    None => 0.0,
+                let carried = |fraction: f64| {
+                    let mut velocity = DVec3::from_array([0, 1, 2].map(|b| moved(b, 0)));
+                    velocity[a] = (1.0 - fraction) * moved(a, 0) + fraction * moved(a, 1);
+                    velocity
                 };
-                by.volume += by_volume[a] * along;
-                by.area += by_area[a] * along;
-                let own = if held.is_none() && is_root { along } else { f64::NAN };
-                velocities[(first + lane) * self.motions.len() + k] = own;
-                if self.moving {
-                    for (b, velocity) in others.into_iter().zip(across) {
-                        by.volume += by_volume[b] * velocity;
-                        by.area += by_area[b] * velocity;
-                    }
+                let rest = match held {
+                    Some(fraction) => carried(fraction),
+                    None => carried(0.0).with_axis(axis, 0.0),
+                };
+                let velocity = if is_grazing {
+                    let carried = carried(fraction);
+                    // A surface that grazes the plane, too, goes nowhere in it.
+                    let grazes_plane = normal.length() < GRAZING * gradient.length();
+                    let change = of(4 + k) + gradient.dot(carried);
+                    let per = if grazes_plane { 0.0 } else { normal.length_squared().recip() };
+                    carried - change * per * normal
+                } else if is_root {
+                    let across = rest.with_axis(axis, 0.0);
+                    across.with_axis(axis, -(of(4 + k) + gradient.dot(across)) / of(1))
+                } else {
+                    rest
+                };
+                sum.by[k].moves(weights[vertex], velocity);
+                if held.is_some() {
+                    sum.held[k].moves(weights[vertex], velocity - rest);
                 }
+                let own = if is_root && !is_grazing { velocity[a] } else { f64::NAN };
+                velocities[vertex * self.motions.len() + k] = own;
             }
         }
         Ok(())
+    }
+
+    /// Whether edges along `axis` graze a surface of that gradient, of which `rim` lies in the outer
+    /// planes.
+    ///
+    /// A box that moves with the solid may touch its surface; what it cuts off moves with both, so
+    /// that only the rim matters there.
+    fn grazes(&self, gradient: DVec3, rim: DVec3, axis: Axis) -> bool {
+        let normal = if self.moving { rim } else { gradient };
+        normal[axis.index()].abs() <= GRAZING * normal.length()
+    }
+
+    /// The part of a vector that lies in the outer planes that hold the edge at `place` along `axis`.
+    fn in_outer_planes(
+        &self,
+        brick: [u32; 3],
+        place: [usize; 3],
+        axis: Axis,
+        mut vector: DVec3,
+    ) -> DVec3 {
+        for other in Axis::ALL.into_iter().filter(|other| *other != axis) {
+            let b = other.index();
+            let p = brick[b] as usize * BRICK + place[b];
+            // Ghosts count as the nodes beside them.
+            if p <= 1 || p > self.cells[b] {
+                vector[b] = 0.0;
+            }
+        }
+        vector
     }
 
     /// Mends what [`edges`](Self::edges) took for the velocities of vertices that were extrapolated
@@ -420,41 +522,43 @@ impl GradientVisitor<'_> {
             let outputs = self.crossings.at_rims(crossings, patch, rims)?;
             for (lane, rim) in rims.iter().enumerate() {
                 let of = |output: usize| outputs[output * n + lane];
-                if of(0).is_nan() {
+                let gradient = gradient_of(outputs, n, lane, axis);
+                let (a, place) = (axis.index(), place_of(rim.ghost));
+                let normal = self.in_outer_planes(brick, place, axis, gradient);
+                if of(0).is_nan() || self.grazes(gradient, normal, axis) {
                     continue;
                 }
-                let a = axis.index();
-                let place = place_of(rim.ghost);
                 let line = &patch.lines.placed[a];
                 let ends = [line[place[a]], line[place[a] + 1]];
                 let vertex = rim.vertex as usize;
                 let met = 2.0 * rim.root - patch.roots.edges[vertex];
-                let [by_volume, by_area] = weights[vertex];
-                for (k, (motion, by)) in self.motions.iter().zip(&mut sum.by).enumerate() {
+                let is_held = held_at(patch, axis, rim.ghost, vertex).is_some();
+                for (k, motion) in self.motions.iter().enumerate() {
                     let moved = |b: usize, ahead: usize| {
                         let p = brick[b] as usize * BRICK + place[b] + ahead;
                         if self.moving { motion.node(b, p, self.cells[b]) } else { 0.0 }
                     };
-                    let mut rate = of(2 + self.across + k);
-                    if self.moving {
-                        let others = Axis::ALL.into_iter().filter(|other| *other != axis);
-                        for (o, other) in others.enumerate() {
-                            rate += of(2 + o) * moved(other.index(), 0);
-                        }
-                    }
                     let taken = along[vertex * count + k];
-                    let velocity = if met <= ends[0] {
+                    // A vertex without a velocity of its own is none of this.
+                    if taken.is_nan() {
+                        continue;
+                    }
+                    let across = DVec3::from_array([0, 1, 2].map(|b| moved(b, 0)));
+                    let across = across.with_axis(axis, 0.0);
+                    let velocity = -2.0 * (of(4 + k) + gradient.dot(across)) / of(1) - taken;
+                    let along = |velocity: f64| DVec3::ZERO.with_axis(axis, velocity);
+                    sum.by[k].moves(weights[vertex], along(velocity - taken));
+                    // At the end of the edge it stays by small steps, as if it were held there.
+                    let rest = if is_held {
+                        taken
+                    } else if met <= ends[0] {
                         moved(a, 0)
                     } else if met >= ends[1] {
                         moved(a, 1)
                     } else {
-                        -2.0 * rate / of(1) - taken
+                        continue;
                     };
-                    // A vertex that is held, or has no velocity, is none of this.
-                    if !taken.is_nan() {
-                        by.volume += by_volume[a] * (velocity - taken);
-                        by.area += by_area[a] * (velocity - taken);
-                    }
+                    sum.held[k].moves(weights[vertex], along(velocity - rest));
                 }
             }
         }
@@ -463,15 +567,14 @@ impl GradientVisitor<'_> {
 
     /// Adds what the vertices at nodes of outer planes contribute, which move with the nodes.
     fn plane_nodes(&self, weights: &[[DVec3; 2]], patch: &Patch<'_>, sum: &mut Gradient) {
-        for (&node, [by_volume, by_area]) in patch.nodes[3].iter().zip(weights) {
+        for (&node, weights) in patch.nodes[3].iter().zip(weights) {
             let place = place_of(node);
             for (motion, by) in self.motions.iter().zip(&mut sum.by) {
                 let velocity = DVec3::from_array([0, 1, 2].map(|a| {
                     let p = patch.brick[a] as usize * BRICK + place[a];
                     motion.node(a, p, self.cells[a])
                 }));
-                by.volume += by_volume.dot(velocity);
-                by.area += by_area.dot(velocity);
+                by.moves(*weights, velocity);
             }
         }
     }

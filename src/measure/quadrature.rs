@@ -43,7 +43,7 @@
 //! theorem.
 
 use super::bulge::{Bulge, Found, LANES, Looking, Pieces, sliver};
-use super::gradient::{BATCH, Crossings, CrossingsMemory, GridMotion};
+use super::gradient::{BATCH, Crossings, CrossingsMemory, GridMotion, gradient_of};
 use crate::contour::sweep::{Patch, Vertices, Visitor, is_own, sweep};
 use crate::contour::{Error, Grid, Report, Settings};
 use crate::eval::Sampler;
@@ -423,11 +423,7 @@ fn velocities(
                     unresolved += u64::from(is_own(node));
                     continue;
                 }
-                let gradient = match axis {
-                    Axis::X => DVec3::new(of(1), of(2), of(3)),
-                    Axis::Y => DVec3::new(of(2), of(1), of(3)),
-                    Axis::Z => DVec3::new(of(2), of(3), of(1)),
-                };
+                let gradient = gradient_of(outputs, n, lane, axis);
                 let slope = gradient.length();
                 normals[first + lane] = gradient / slope;
                 for k in 0..count {

@@ -5,7 +5,7 @@
 use alveole::cellular::tpms;
 use alveole::contour::Grid;
 use alveole::eval::Program;
-use alveole::eval::rates::{Across, BoundRates, Rates};
+use alveole::eval::rates::{BoundRates, Rates};
 use alveole::expr::{Graph, Node, NodeId, ParameterId};
 use alveole::geom::Aabb;
 use alveole::measure::GridMotion;
@@ -63,8 +63,8 @@ impl Model {
     }
 
     /// The derivatives of `program`, bound.
-    pub fn rates(&self, program: &Program, across: Across) -> BoundRates {
-        let rates = Rates::new(program, &self.ids, across, alveole::eval::Engine::Interpreter);
+    pub fn rates(&self, program: &Program) -> BoundRates {
+        let rates = Rates::new(program, &self.ids, alveole::eval::Engine::Interpreter);
         rates.unwrap().bind(&self.grid(&self.values).tables(), &self.values)
     }
 }
