@@ -7,8 +7,9 @@ use alveole::mesh::check::check;
 use alveole::mesh::io::read;
 use alveole::mesh::measure::volume;
 use std::fs;
+use std::io::Write;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
 
 const CESOGEN: &str = env!("CARGO_BIN_EXE_cesogen");
 const ALVEOLE: &str = env!("CARGO_BIN_EXE_alveole");
@@ -135,6 +136,38 @@ fn a_file_may_hold_options_and_words() {
     let output = cesogen(folder.path(), &["@self.txt"]);
     assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
     assert!(stderr(&output).contains("self.txt"), "{}", stderr(&output));
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_file_of_options_or_words_may_be_a_pipe() {
+    let folder = tempfile::tempdir().unwrap();
+    let piped = |text: &str, arguments: &[&str]| {
+        let mut child = Command::new(CESOGEN)
+            .args(arguments)
+            .current_dir(folder.path())
+            .stdin(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        child.stdin.take().unwrap().write_all(text.as_bytes()).unwrap();
+        let output = child.wait_with_output().unwrap();
+        assert!(output.status.success(), "{text}: {}", stderr(&output));
+        let mesh = folder.path().join("o.off");
+        let found = volume(&read(&mesh).unwrap());
+        fs::remove_file(mesh).unwrap();
+        found
+    };
+    close(piped("box", &["-q", "-s", "0.2", "-o", "o.off", "@/dev/stdin"]), 8.0, 1e-12);
+    close(piped("-q -s 0.2 -o o.off box", &["@/dev/stdin"]), 8.0, 1e-12);
+    close(piped("-q -s 0.2 -o o.off", &["@/dev/stdin", "box"]), 8.0, 1e-12);
+    close(piped("box", &["-q", "-s", "0.2", "-o", "o.off", "box", "@/dev/stdin"]), 8.0, 1e-12);
+    let configuration = "files:\n  internalGeometry: cuboid 2\nlt_type: gyroid\nlt_size: 1\n\
+                         lt_feature: isovalue\nlt_feature_val: 0.1\n";
+    fs::write(folder.path().join("config.yml"), configuration).unwrap();
+    let common = ["-q", "-s", "0.1", "-o", "o.off"];
+    let expected = piped("", &[&common[..], &["config.yml"]].concat());
+    close(piped("config.yml", &[&common[..], &["@/dev/stdin"]].concat()), expected, 1e-12);
 }
 
 #[track_caller]

@@ -5,15 +5,15 @@ use super::bar::with_bar;
 use super::report::{self, Trouble};
 use super::table::Table;
 use super::{mesh, stats, work};
-use crate::job::{By, FieldMeasures, Gradient, Measures, Quantities, Spread, Structure};
+use crate::job::{By, FieldMeasures, Files, Gradient, Measures, Quantities, Spread, Structure};
 use crate::num::Progress;
 use std::time::Instant;
 
 /// Prints the measures of the program's solid.
-pub(super) fn run(name: &str, arguments: &MeasureArguments) -> Result<(), Trouble> {
+pub(super) fn run(name: &str, arguments: &MeasureArguments, files: Files) -> Result<(), Trouble> {
     let start = Instant::now();
     let MeasureArguments { json, gradient, field, structure, overhang, work: common } = arguments;
-    let work::Work { job, settings } = work::prepare(name, common, &[])?;
+    let work::Work { job, settings } = work::prepare(name, common, files, &[])?;
     let needed = if *structure { None } else { Some("--structure") };
     let overhang = work::read_overhang(overhang, needed, &job)?;
     let progress = Progress::new();

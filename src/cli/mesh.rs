@@ -8,20 +8,20 @@ use super::summary::summary;
 use super::table::significant;
 use super::{stats, work};
 use crate::contour::{self, Grid};
-use crate::job::{self, Job, Report, Settings, Slivers, Spacing, Survey, longest_edge};
+use crate::job::{self, Files, Job, Report, Settings, Slivers, Spacing, Survey, longest_edge};
 use crate::mesh::io::{FileSink, Format, Precision};
 use crate::num::Progress;
 use std::path::Path;
 use std::time::Instant;
 
 /// Writes the mesh of the program.
-pub(super) fn run(name: &str, arguments: &MeshArguments) -> Result<(), Trouble> {
+pub(super) fn run(name: &str, arguments: &MeshArguments, files: Files) -> Result<(), Trouble> {
     let start = Instant::now();
     let MeshArguments { output, precision, report: wanted, overhang, snap, work: common } =
         arguments;
     let format = format(output)?;
     let precision = work::read_precision(*precision, format)?;
-    let work::Work { job, settings } = work::prepare(name, common, &[output])?;
+    let work::Work { job, settings } = work::prepare(name, common, files, &[output])?;
     let slivers = if *snap { Slivers::Removed } else { Slivers::Kept };
     let settings = Settings { slivers, ..settings };
     let needed = if *wanted { None } else { Some("--report") };

@@ -47,16 +47,16 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         })
         .mut_subcommand("serve", |serve| serve.after_long_help(serve::PROTOCOL));
     conclude("alveole", || {
-        parse(&described, arguments).and_then(|Alveole { command }| {
+        parse(&described, arguments).and_then(|(Alveole { command }, files)| {
             interrupt::install();
             match command {
-                Command::Mesh(arguments) => mesh::run("alveole mesh", &arguments),
+                Command::Mesh(arguments) => mesh::run("alveole mesh", &arguments, files),
                 Command::List(arguments) => list::run(&arguments),
-                Command::Measure(arguments) => measure::run("alveole measure", &arguments),
-                Command::Slice(arguments) => slice::run("alveole slice", &arguments),
+                Command::Measure(arguments) => measure::run("alveole measure", &arguments, files),
+                Command::Slice(arguments) => slice::run("alveole slice", &arguments, files),
                 Command::Check(arguments) => check::run(&arguments),
                 Command::Study { study: Study::Roundtrip(arguments) } => {
-                    study::round_trips("alveole study roundtrip", &arguments)
+                    study::round_trips("alveole study roundtrip", &arguments, files)
                 }
                 Command::Study { study: Study::Hierarchy(arguments) } => {
                     study::hierarchy("alveole study hierarchy", &arguments)
@@ -73,24 +73,25 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
 pub fn run_cesogen(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     let described = Cesogen::command().after_long_help(list::summary());
     conclude("cesogen", || {
-        parse(&described, arguments).and_then(|Cesogen { mesh }| {
+        parse(&described, arguments).and_then(|(Cesogen { mesh }, files)| {
             interrupt::install();
-            mesh::run("cesogen", &mesh)
+            mesh::run("cesogen", &mesh, files)
         })
     })
 }
 
-/// Reads `arguments` as `command` describes them.
+/// Reads `arguments` as `command` describes them; the files are those to read the program from.
 ///
 /// An `@file` before the first operand may hold options, as in the original: its words then
-/// take its place and the arguments are read again.
+/// take its place and the arguments are read again. Otherwise the files have its text.
 fn parse<T: FromArgMatches + Programmed>(
     command: &clap::Command,
     arguments: impl IntoIterator<Item = OsString>,
-) -> Result<T, Trouble> {
+) -> Result<(T, Files), Trouble> {
     /// Files of options that name files of options, at most.
     const DEPTH_LIMIT: usize = 16;
     let mut arguments: Vec<OsString> = arguments.into_iter().collect();
+    let mut files = Files::default();
     for _ in 0..DEPTH_LIMIT {
         let matches = command.clone().try_get_matches_from(&arguments).map_err(Trouble::Usage)?;
         let read = T::from_arg_matches(&matches).map_err(Trouble::Usage)?;
@@ -98,12 +99,14 @@ fn parse<T: FromArgMatches + Programmed>(
         let first = arguments.len() - words.len();
         let is_after_options = first > 0 && arguments[first - 1] != "--";
         let options = match words.first() {
-            Some(word) if is_after_options && word.starts_with('@') => options_of(word)?,
+            Some(word) if is_after_options && word.starts_with('@') => {
+                options_of(word, &mut files)?
+            }
             Some(_) | None => None,
         };
         match options {
             Some(options) => drop(arguments.splice(first..=first, options)),
-            None => return Ok(read),
+            None => return Ok((read, files.again())),
         }
     }
     let first = arguments.len().saturating_sub(1);
@@ -111,8 +114,8 @@ fn parse<T: FromArgMatches + Programmed>(
 }
 
 /// The words of the file that `word` names, if they begin with an option.
-fn options_of(word: &str) -> Result<Option<Vec<OsString>>, Trouble> {
-    let text = lang::expand(&[word.to_owned()], &mut Files::default()).map_err(job::Error::from)?;
+fn options_of(word: &str, files: &mut Files) -> Result<Option<Vec<OsString>>, Trouble> {
+    let text = lang::expand(&[word.to_owned()], files).map_err(job::Error::from)?;
     let begins = text.words.first().is_some_and(|first| first.text.starts_with('-'));
     Ok(begins.then(|| text.words.into_iter().map(|token| token.text.into()).collect()))
 }

@@ -8,7 +8,7 @@ use super::table::{columns, significant};
 use super::{mesh, stats, work};
 use crate::contour::outlines::MOST_PLANES;
 use crate::geom::Axis;
-use crate::job::{Job, longest_edge};
+use crate::job::{Files, Job, longest_edge};
 use crate::measure::slice::{Picture, Slice, Window, window};
 use crate::num::Progress;
 use std::io::{BufWriter, Write};
@@ -22,14 +22,14 @@ const MOST_SLICES: f64 = 1e6;
 const ROUNDING: f64 = 1e-9;
 
 /// Writes the slices of the program.
-pub(super) fn run(name: &str, arguments: &SliceArguments) -> Result<(), Trouble> {
+pub(super) fn run(name: &str, arguments: &SliceArguments, files: Files) -> Result<(), Trouble> {
     let start = Instant::now();
     let SliceArguments { output, at, axis, pixel, json, work: common } = arguments;
     let format = Format::of(output)?;
     if *json && output == Path::new("-") {
         return Err(work::wrong("-o", "-", ValueFault::Taken));
     }
-    let work::Work { job, settings } = work::prepare(name, common, &[output])?;
+    let work::Work { job, settings } = work::prepare(name, common, files, &[output])?;
     let axis = match axis {
         AxisArgument::X => Axis::X,
         AxisArgument::Y => Axis::Y,

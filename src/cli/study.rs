@@ -8,6 +8,7 @@ use super::report::{self, Trouble, ValueFault};
 use super::scratch::Scratch;
 use super::table::{Table, columns, significant};
 use super::{mesh, stats, work};
+use crate::job::Files;
 use crate::job::study::{Grids, Hierarchy, Numbers, Passage, RoundTrips, Step, Trip};
 use crate::measure::Deviation;
 use crate::mesh::io::{Format, Precision};
@@ -21,10 +22,15 @@ const LEGEND: &str = "errors: L2 and maximum of the program's field at vertices 
                       triangles, over the diagonal\n";
 
 /// Prints what round trips do to the program's mesh.
-pub(super) fn round_trips(name: &str, arguments: &RoundtripArguments) -> Result<(), Trouble> {
+pub(super) fn round_trips(
+    name: &str,
+    arguments: &RoundtripArguments,
+    files: Files,
+) -> Result<(), Trouble> {
     let start = Instant::now();
     let RoundtripArguments { times, shift, plot, passage: wanted, work: common } = arguments;
-    let work::Work { job, settings } = work::prepare(name, common, plot.as_deref().as_slice())?;
+    let outputs = plot.as_deref();
+    let work::Work { job, settings } = work::prepare(name, common, files, outputs.as_slice())?;
     // Before the work, so that it is not lost for want of a folder.
     let plot = plot.as_deref().map(open_plot).transpose()?;
     let scratch = Scratch::new()?;

@@ -4,7 +4,7 @@ use super::args::{OverhangArguments, PrecisionArgument, WorkArguments};
 use super::output::Output;
 use super::report::{self, Trouble, ValueFault};
 use crate::geom::{Aabb, Axis};
-use crate::job::{Job, Settings, Spacing};
+use crate::job::{Files, Job, Settings, Spacing};
 use crate::lang;
 use crate::measure::Overhang;
 use crate::mesh::io::{Format, Precision};
@@ -22,15 +22,16 @@ pub(super) struct Work {
     pub(super) settings: Settings,
 }
 
-/// Reads the options and the program, and says what is to be said about its meshes; `outputs` are the
-/// files that the command writes besides the statistics.
+/// Reads the options and the program, whose files are read from `files`, and says what is to be said
+/// about its meshes; `outputs` are the files that the command writes besides the statistics.
 pub(super) fn prepare(
     name: &str,
     arguments: &WorkArguments,
+    files: Files,
     outputs: &[&Path],
 ) -> Result<Work, Trouble> {
     let (settings, defined) = read_options(arguments)?;
-    let job = Job::with_parameters(&arguments.program, &defined)?;
+    let job = Job::read(&arguments.program, &defined, files)?;
     remark(name, arguments, &job);
     probe_stats(arguments, job.files(), outputs)?;
     Ok(Work { job, settings })

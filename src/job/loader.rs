@@ -110,10 +110,11 @@ impl Access {
     }
 }
 
-/// Reads files of the file system, each mesh and each set of points once.
+/// Reads files of the file system, each text, each mesh and each set of points once.
 #[derive(Debug, Default)]
 pub struct Files {
     access: Access,
+    texts: HashMap<String, String>,
     meshes: HashMap<String, Loaded>,
     points: Points,
     notes: Notes,
@@ -124,6 +125,14 @@ impl Files {
     #[must_use]
     pub fn with(access: Access) -> Self {
         Self { access, ..Self::default() }
+    }
+
+    /// The same files for a program that is read anew: texts are not read again, as those of pipes
+    /// can't be; all else is.
+    #[must_use]
+    pub fn again(self) -> Self {
+        let Self { access, texts, meshes: _, points: _, notes: _ } = self;
+        Self { access, texts, ..Self::default() }
     }
 
     /// What reading met.
@@ -183,6 +192,9 @@ impl asli::Answers for Files {
 impl Loader for Files {
     fn text(&mut self, path: &str) -> Result<String, Refusal> {
         self.admit(path)?;
+        if let Some(text) = self.texts.get(path) {
+            return Ok(text.clone());
+        }
         let refuse = |cause: std::io::Error| Refusal { cause: cause.to_string() };
         let mut bytes = Vec::new();
         let file = open(Path::new(path)).map_err(refuse)?;
@@ -190,12 +202,14 @@ impl Loader for Files {
         if bytes.len() as u64 > LONGEST_TEXT {
             return Err(Refusal { cause: format!("it is longer than {LONGEST_TEXT} bytes") });
         }
-        String::from_utf8(bytes).map_err(|error| {
+        let text = String::from_utf8(bytes).map_err(|error| {
             let offset = error.utf8_error().valid_up_to();
             let line = error.as_bytes()[..offset].iter().filter(|byte| **byte == b'\n').count() + 1;
             let cure = "save it as UTF-8";
             Refusal { cause: format!("line {line}, byte {offset}: it is no UTF-8 text; {cure}") }
-        })
+        })?;
+        self.texts.insert(path.to_owned(), text.clone());
+        Ok(text)
     }
 
     fn is_mesh(&self, word: &str) -> bool {
