@@ -79,20 +79,22 @@ pub fn reserved<'a>() -> impl Iterator<Item = &'a str> {
     values.chain(functions).map(|name: &'static str| -> &'a str { name })
 }
 
-/// The names most like `name` among `known`, best first: at most three, none if all are too far.
+/// The names most like `name` among `known`, best first: at most three, none if all are too far, and
+/// never `name` itself.
 #[must_use]
 pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Vec<&'a str> {
     // Nothing that is known is so long.
     if name.len() > 64 {
         return Vec::new();
     }
+    let own = name;
     let name = normalized(name);
     let letters = name.chars().count();
     // One slip in a short word, two in a longer one; more would suggest the unrelated.
     let allowed = if letters <= 4 { 1 } else { 2 };
     let mut found: Vec<(usize, &str)> = known
         .into_iter()
-        .filter(|other| other.len().abs_diff(name.len()) <= allowed + 1)
+        .filter(|other| *other != own && other.len().abs_diff(name.len()) <= allowed + 1)
         .map(|other| (distance(&name, other), other))
         .filter(|(distance, other)| *distance <= allowed && *distance < other.chars().count())
         .collect();
@@ -154,6 +156,7 @@ mod tests {
         assert_eq!(nearest("sn", known), ["sin"]);
         assert_eq!(nearest("Gyriod", known), ["gyroid"]);
         assert!(nearest("banana", known).is_empty());
+        assert_eq!(nearest("sin", known), ["asin", "sinh"]);
         assert_eq!(suggestion(&["a", "b"]).unwrap(), "did you mean `a` or `b`?");
     }
 

@@ -17,7 +17,7 @@ use super::names;
 use super::syntax::{Content, Equation, Item, Located, Operation, Term, Value};
 use super::word::{Shape, normalized};
 use super::words::Token;
-use super::{Action, Argument, Diagnostic, Loader, Span, Vocabulary, Word};
+use super::{Action, Argument, Diagnostic, Label, Loader, Span, Vocabulary, Word};
 
 /// Faults that are told at once, about; reading ends there.
 const FAULT_LIMIT: usize = 20;
@@ -32,8 +32,16 @@ pub fn read(
     loader: &dyn Loader,
     parameters: &[(String, f64)],
 ) -> Result<Vec<Item>, Vec<Diagnostic>> {
-    let mut reader =
-        Reader { words, next: 0, vocabulary, loader, parameters, last: None, faults: Vec::new() };
+    let mut reader = Reader {
+        words,
+        next: 0,
+        vocabulary,
+        loader,
+        parameters,
+        last: None,
+        takers: Vec::new(),
+        faults: Vec::new(),
+    };
     let mut items = Vec::new();
     let mut sound = true;
     while let Some(word) = reader.advance() {
@@ -56,7 +64,17 @@ struct Reader<'a> {
     parameters: &'a [(String, f64)],
     /// The word of the vocabulary before, for advice on what follows it.
     last: Option<Word<'a>>,
+    /// The words before that take arguments.
+    takers: Vec<Taker<'a>>,
     faults: Vec<Diagnostic>,
+}
+
+/// A word that takes arguments, and where they ended.
+struct Taker<'a> {
+    word: Word<'a>,
+    span: Span,
+    /// The number of the first word after them.
+    end: usize,
 }
 
 impl<'a> Reader<'a> {
@@ -73,8 +91,7 @@ impl<'a> Reader<'a> {
     /// The item that begins with `token`, or a fault; `sound` says that the item before had none.
     fn item(&mut self, token: &'a Token, sound: bool) -> Option<Item> {
         if let Some(word) = self.known(token) {
-            self.last = Some(word);
-            let (values, end) = self.values(word, token)?;
+            let (values, end) = self.taken(word, token)?;
             let operation = Operation::Word { name: word.name.to_owned(), values };
             return Some(Item { operation, span: token.span.to(end) });
         }
@@ -84,8 +101,7 @@ impl<'a> Reader<'a> {
         }
         if self.loader.is_lattice(&token.text) {
             let word = Word::of_file(&token.text, self.vocabulary.lattice_arguments());
-            self.last = Some(word);
-            let (values, end) = self.values(word, token)?;
+            let (values, end) = self.taken(word, token)?;
             let operation = Operation::Lattice { path: token.text.clone(), values };
             return Some(Item { operation, span: token.span.to(end) });
         }
@@ -96,6 +112,14 @@ impl<'a> Reader<'a> {
 
     fn known(&self, token: &Token) -> Option<Word<'a>> {
         self.vocabulary.word(&normalized(&token.text))
+    }
+
+    /// The values after `word`, as [`values`](Self::values) reads them; notes where they end.
+    fn taken(&mut self, word: Word<'a>, token: &Token) -> Option<(Vec<Option<Value>>, Span)> {
+        self.last = Some(word);
+        let values = self.values(word, token);
+        self.takers.push(Taker { word, span: token.span, end: self.next });
+        values
     }
 
     /// The values after `word`, which stands at `token`, and the place of the last.
@@ -172,8 +196,7 @@ impl<'a> Reader<'a> {
         let mut fault = Diagnostic::new(message).at(token.span, "");
         if let Some(next) = self.peek() {
             fault.labels.extend(
-                self.what_is(next)
-                    .map(|what| super::Label { span: next.span, text: what.to_owned() }),
+                self.what_is(next).map(|what| Label { span: next.span, text: what.to_owned() }),
             );
         }
         let example = match argument.shape {
@@ -271,10 +294,19 @@ impl<'a> Reader<'a> {
                 self.faults.extend(sound.then(|| fault(message).cure(self.advice_on_numbers())));
             }
             Err(_) if !sound && is_numeric(&token.text) => {}
-            Err(faults) => match self.unknown_word(token) {
-                Some(fault) => self.faults.push(fault),
-                None => self.faults.extend(faults),
-            },
+            Err(faults) => {
+                if let Some(fault) = self.late_argument(token) {
+                    self.faults.push(fault);
+                    // Its value is no shape either.
+                    if self.peek().is_some_and(|value| self.what_is(value).is_none()) {
+                        self.advance();
+                    }
+                } else if let Some(fault) = self.unknown_word(token) {
+                    self.faults.push(fault);
+                } else {
+                    self.faults.extend(faults);
+                }
+            }
         }
         None
     }
@@ -294,6 +326,23 @@ impl<'a> Reader<'a> {
             }
             _ => "the equation of a shape depends on x, y or z".to_owned(),
         }
+    }
+
+    /// The fault of `token`, the name of an argument of a word before; `None` if it is none.
+    fn late_argument(&self, token: &Token) -> Option<Diagnostic> {
+        let name = normalized(&token.text);
+        let takes = |taker: &&Taker<'_>| taker.word.arguments.iter().any(|a| a.name == name);
+        let Taker { word, span, end } = self.takers.iter().rev().find(takes)?;
+        let message =
+            format!("`{name}` is an argument of `{}`, which it has to follow directly", word.name);
+        let mut fault = Diagnostic::new(message).at(token.span, "comes too late");
+        if let Some(breaking) = self.words.get(*end).filter(|other| other.span != token.span) {
+            let text = format!("ends the arguments of `{}`", word.name);
+            fault.labels.push(Label { span: breaking.span, text });
+        }
+        fault.labels.push(Label { span: *span, text: "takes it".to_owned() });
+        let cure = format!("write `{name}` and its value among the arguments of `{}`", word.name);
+        Some(fault.cure(cure))
     }
 
     /// The fault of a word that was meant as a word, not as an equation; `None` if it was not.
