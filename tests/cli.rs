@@ -92,6 +92,18 @@ fn every_format_holds_the_same_solid() {
 }
 
 #[test]
+fn single_precision_is_refused_where_triangles_would_lose_their_area() {
+    let far = ["sphere", "translate", "1e6,0,0"];
+    let single = |name| [&["--precision", "single", "-s", "0.1", "-o", name], &far[..]].concat();
+    for name in ["o.ply", "o.obj", "o.off", "o.3mf", "-"] {
+        fails(&single(name), 1, &["single precision", "this mesh needs", "leave `precision` out"]);
+    }
+    fails(&single("o.stl"), 1, &["STL holds single precision only", "write PLY"]);
+    volume_of(&[&["-s", "0.1"], &far[..]].concat());
+    volume_of(&["--precision", "single", "-s", "0.1", "sphere"]);
+}
+
+#[test]
 fn standard_output_takes_a_mesh() {
     let folder = tempfile::tempdir().unwrap();
     let output = cesogen(folder.path(), &["-s", "0.5", "-o", "-", "box"]);

@@ -9,7 +9,7 @@ use super::table::significant;
 use super::{stats, work};
 use crate::contour::{self, Grid};
 use crate::job::{self, Files, Job, Report, Settings, Slivers, Spacing, Survey, longest_edge};
-use crate::mesh::io::{FileSink, Format, Precision};
+use crate::mesh::io::{FileSink, Format, Precision, WriteError};
 use crate::num::Progress;
 use std::path::Path;
 use std::time::Instant;
@@ -54,11 +54,14 @@ pub(super) fn run(name: &str, arguments: &MeshArguments, files: Files) -> Result
 pub(super) struct Target<'a> {
     pub(super) path: &'a Path,
     pub(super) format: Format,
-    /// The precision of coordinates; by default single where it is exact enough.
+    /// The precision of coordinates; by default single where it is exact enough, and refused if it is not.
     pub(super) precision: Option<Precision>,
 }
 
 /// Writes the mesh of `job` on `grid`; returns the precision of its coordinates, and what was done.
+///
+/// # Errors
+/// [`WriteError::TooCoarse`] where single precision is asked for and would leave triangles without area.
 pub(super) fn write(
     job: &Job,
     grid: &Grid,
@@ -67,7 +70,15 @@ pub(super) fn write(
     progress: &Progress,
 ) -> Result<(Precision, Report), Trouble> {
     let Target { path, format, precision } = *target;
-    let precision = precision.unwrap_or_else(|| grid.precision());
+    let needed = grid.precision();
+    let precision = match precision {
+        // STL, which has no other, says by itself what to do.
+        Some(Precision::Single) if needed == Precision::Double && format != Format::Stl => {
+            return Err(WriteError::TooCoarse.into());
+        }
+        Some(Precision::Double) => Precision::Double,
+        Some(Precision::Single) | None => needed,
+    };
     let output = Output::open(path)?;
     let file = output.file().try_clone().map_err(|error| output.failure(error))?;
     let new = if output.is_seekable() { FileSink::new } else { FileSink::in_order };

@@ -43,6 +43,9 @@ pub enum WriteError {
         "STL holds single precision only, which this mesh needs more than: write PLY, 3MF, OBJ or OFF"
     )]
     StlIsSingle,
+    /// Single precision was asked for where triangles would lose their area in it.
+    #[error("single precision holds less than this mesh needs: leave `precision` out")]
+    TooCoarse,
     /// A coordinate is too large for single precision.
     #[error("coordinate {value:e} is beyond single precision: write PLY with double precision")]
     BeyondSingle {
@@ -70,6 +73,7 @@ impl From<WriteError> for io::Error {
         match error {
             WriteError::Io(error) => error,
             error @ (WriteError::StlIsSingle
+            | WriteError::TooCoarse
             | WriteError::BeyondSingle { .. }
             | WriteError::TooManyVertices { .. }
             | WriteError::TooManyTriangles { .. }) => Self::new(io::ErrorKind::InvalidInput, error),
