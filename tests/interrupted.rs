@@ -298,3 +298,25 @@ fn an_interrupted_experiment_leaves_no_files_that_passed() {
         }
     }
 }
+
+/// A run of `job` that a shell starts after `before`.
+fn start_after(folder: &Path, before: &str, job: &[&str]) -> Command {
+    let mut shell = Command::new("sh");
+    shell.args(["-c", &format!("{before}; exec \"$0\" \"$@\""), CESOGEN]).args(job);
+    shell.current_dir(folder).stdin(Stdio::null()).stdout(Stdio::null());
+    shell
+}
+
+#[test]
+fn a_file_beyond_the_size_limit_is_an_error_and_leaves_nothing() {
+    for name in ["out.ply", "out.stl", "out.obj"] {
+        let folder = tempfile::tempdir().unwrap();
+        let job = ["-q", "-s", "0.01", "-o", name, "gyroid", "box"];
+        let mut limited = start_after(folder.path(), "ulimit -f 100", &job);
+        let output = limited.stderr(Stdio::piped()).spawn().unwrap().wait_with_output().unwrap();
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{name}: {:?} {said}", output.status);
+        assert!(said.contains(name) && said.contains("File too large"), "{said}");
+        assert_eq!(others(folder.path(), "none"), Vec::<PathBuf>::new());
+    }
+}

@@ -32,6 +32,7 @@ const MOST_REMOVALS: usize = 8;
 #[allow(clippy::exit, reason = "a signal handler has no caller to return to")]
 pub(super) fn install() {
     fail_without_memory();
+    fail_beyond_the_size_limit();
     let _ = ctrlc::set_handler(|| {
         if let Some(path) = unfinished().take() {
             let _ = std::fs::remove_file(path);
@@ -58,6 +59,16 @@ fn fail_without_memory() {
         let abort = signal_hook::consts::SIGABRT;
         // Where the system refuses the handler the exit code is its own.
         let _ = signal_hook::flag::register_conditional_shutdown(abort, 1, always);
+    }
+}
+
+/// Makes a write beyond the limit of a file's size fail, in place of the process.
+fn fail_beyond_the_size_limit() {
+    #[cfg(unix)]
+    {
+        // Whether the signal has arrived is of no interest: the write says so.
+        let flag = std::sync::Arc::new(std::sync::atomic::AtomicBool::new(false));
+        let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, flag);
     }
 }
 
