@@ -307,6 +307,28 @@ fn start_after(folder: &Path, before: &str, job: &[&str]) -> Command {
     shell
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn a_signal_that_is_ignored_at_the_start_stays_ignored() {
+    let job = ["-q", "-s", "2/400", "-o", "out.ply", "gyroid", "shell", "0.4", "sphere"];
+    for (ignored, other) in [("HUP", "TERM"), ("INT", "HUP"), ("TERM", "INT")] {
+        let folder = tempfile::tempdir().unwrap();
+        let start = || start_after(folder.path(), &format!("trap '' {ignored}"), &job);
+        let mut child = start().spawn().unwrap();
+        let part = wait_for_part(folder.path(), &[], &mut child);
+        for _ in 0..3 {
+            send(&child, ignored);
+        }
+        assert!(child.wait().unwrap().success(), "{ignored}");
+        assert!(!part.exists() && folder.path().join("out.ply").exists());
+        let mut child = start().spawn().unwrap();
+        let part = wait_for_part(folder.path(), &[], &mut child);
+        send(&child, other);
+        assert_eq!(child.wait().unwrap().code(), Some(130), "{other}");
+        assert!(!part.exists());
+    }
+}
+
 #[test]
 fn a_file_beyond_the_size_limit_is_an_error_and_leaves_nothing() {
     for name in ["out.ply", "out.stl", "out.obj"] {

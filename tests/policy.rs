@@ -38,7 +38,8 @@ fn with_words(words: &[&str]) -> Vec<String> {
 const TOUCHING: [(&str, &str); 9] = [
     (
         "cli/interrupt.rs",
-        "removes what `cli/output.rs` and `cli/scratch.rs` have made, when it is interrupted",
+        "removes what `cli/output.rs` and `cli/scratch.rs` have made, when it is interrupted; \
+         reads which signals the system ignores",
     ),
     (
         "cli/output.rs",
