@@ -150,6 +150,46 @@ fn a_file_may_hold_options_and_words() {
     assert!(stderr(&output).contains("self.txt"), "{}", stderr(&output));
 }
 
+#[test]
+fn an_option_that_is_given_twice_counts_as_given_last() {
+    let folder = tempfile::tempdir().unwrap();
+    let written = |arguments: &[&str]| {
+        for binary in [CESOGEN, ALVEOLE] {
+            let command = if binary == ALVEOLE { &["mesh"][..] } else { &[] };
+            let output = run(binary, folder.path(), &[command, arguments].concat());
+            assert!(output.status.success(), "{arguments:?}: {}", stderr(&output));
+            assert_eq!(stderr(&output), "");
+            for name in names(folder.path()).iter().filter(|name| *name != "options") {
+                let mesh = folder.path().join(name);
+                assert_eq!(name, "-last.off", "{arguments:?}");
+                assert_eq!(read(&mesh).unwrap().positions.len(), 26, "{arguments:?}");
+                fs::remove_file(mesh).unwrap();
+            }
+        }
+    };
+    let last = ["-s", "1", "-o", "-last.off"];
+    let first = ["-q", "-s", "0.5", "-o", "a.ply", "--threads", "1", "--precision", "single"];
+    written(&[&first[..], &last, &["box"]].concat());
+    let again = ["--quiet", "--threads", "2", "--precision=double", "--snap", "--snap", "-s1"];
+    written(&[&first[..], &again, &["--output=-last.off", "box"]].concat());
+    written(&[
+        "-q",
+        "--bounds",
+        "0,0,0,9,9,9",
+        "--bounds",
+        "-1,-1,-1,1,1,1",
+        "-s",
+        "1",
+        "-o-last.off",
+        "x-9",
+    ]);
+    fs::write(folder.path().join("options"), "-q -s 0.5 -o a.ply").unwrap();
+    written(&[&["@options"], &last[..], &["box"]].concat());
+    fs::write(folder.path().join("options"), "-q -s 1 -o -last.off").unwrap();
+    written(&["-s", "0.1", "-o", "b.ply", "@options", "box"]);
+    fails(&["--param", "t=1", "--param", "t=2", "box"], 2, &["`t`", "twice"]);
+}
+
 #[cfg(target_os = "linux")]
 #[test]
 fn a_file_of_options_or_words_may_be_a_pipe() {
@@ -202,7 +242,13 @@ fn wrong_command_lines_are_explained_and_exit_with_2() {
     fails(&["2", "box"], 2, &["2"]);
     fails(&["-s", "0", "box"], 2, &["-s", "positive"]);
     fails(&["-s", "-0.1", "box"], 2, &["-s -0.1", "positive"]);
-    fails(&["-s", "-o", "out.ply", "box"], 2, &["a value is required"]);
+    // As getopt has it, what follows an option that takes a value is that value.
+    fails(&["-s", "-o", "out.ply", "box"], 2, &["`-s`", "`o`"]);
+    fails(&["-s", "--", "box"], 2, &["`-s`"]);
+    fails(&["-o"], 2, &["a value is required", "--output"]);
+    fails(&["-o", "-q", "box"], 2, &["`-q`", "no mesh format"]);
+    fails(&["--precision", "-q", "box"], 2, &["-q", "--precision", "single, double"]);
+    fails(&["--threads", "-2", "box"], 2, &["-2", "--threads"]);
     fails(&["-o", "a.stl", "--precision", "double", "box"], 2, &["--precision double", "STL"]);
     fails(&["x=1", "box"], 2, &["`=` has no meaning", "write `a-b`"]);
     fails(&["box", "scale", "1e150"], 2, &["scale the model", "1e70"]);

@@ -1,7 +1,8 @@
 //! The arguments of both commands.
 //!
 //! Options come first; everything from the first operand on belongs to the program, whatever it
-//! begins with, and `--` ends the options early.
+//! begins with, and `--` ends the options early. As getopt has it, the word after an option that takes a
+//! value is that value, whatever it begins with, and of an option that is given twice the last counts.
 
 use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint, value_parser};
 use clap_complete::Shell;
@@ -10,7 +11,7 @@ use std::path::PathBuf;
 
 /// Cellular solids from the command line: lattices, foams and filled parts as watertight meshes.
 #[derive(Debug, Parser)]
-#[command(name = "alveole", version, about, max_term_width = 100)]
+#[command(name = "alveole", version, about, max_term_width = 100, args_override_self = true)]
 pub(super) struct Alveole {
     #[command(subcommand)]
     pub(super) command: Command,
@@ -48,7 +49,7 @@ pub(super) enum Command {
 
 /// Generate cellular solid meshes from signed distance functions.
 #[derive(Debug, Parser)]
-#[command(name = "cesogen", version, about, max_term_width = 100)]
+#[command(name = "cesogen", version, about, max_term_width = 100, args_override_self = true)]
 pub(super) struct Cesogen {
     #[command(flatten)]
     pub(super) mesh: MeshArguments,
@@ -87,11 +88,12 @@ impl Programmed for Cesogen {
 #[derive(Debug, Args)]
 pub(super) struct MeshArguments {
     /// Mesh file to write, its format by extension (.ply .stl .3mf .obj .off); `-` for standard output
-    #[arg(short, long, value_name = "FILE", default_value = "out.ply", value_hint = ValueHint::FilePath)]
+    #[arg(short, long, value_name = "FILE", default_value = "out.ply", allow_hyphen_values = true)]
+    #[arg(value_hint = ValueHint::FilePath)]
     pub(super) output: PathBuf,
 
     /// Coordinates in the file as 32-bit or 64-bit numbers; by default single where it is exact enough
-    #[arg(long, value_enum, value_name = "PRECISION")]
+    #[arg(long, value_enum, value_name = "PRECISION", allow_hyphen_values = true)]
     pub(super) precision: Option<PrecisionArgument>,
 
     /// Add volume, density, area, overhangs, components and percolation to the table after the run, and
@@ -116,7 +118,7 @@ pub(super) struct MeshArguments {
 pub(super) struct OverhangArguments {
     /// Angle from straight down within which a face overhangs, in degrees; equations allowed
     /// [default: 45]
-    #[arg(long = "overhang", value_name = "DEGREES", allow_negative_numbers = true)]
+    #[arg(long = "overhang", value_name = "DEGREES", allow_hyphen_values = true)]
     pub(super) angle: Option<String>,
 
     /// Direction in which the part is built [default: 0,0,1]
@@ -157,7 +159,8 @@ pub(super) struct MeasureArguments {
 pub(super) struct SliceArguments {
     /// Picture to write, .svg or .png; of several, `%d` in the name is the number from 0 on, `%04d` with
     /// four digits
-    #[arg(short, long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    #[arg(short, long, value_name = "FILE", allow_hyphen_values = true)]
+    #[arg(value_hint = ValueHint::FilePath)]
     pub(super) output: PathBuf,
 
     /// Where to cut: heights with commas between, or FROM:TO:STEP; equations allowed
@@ -169,7 +172,7 @@ pub(super) struct SliceArguments {
     pub(super) axis: AxisArgument,
 
     /// Side of a pixel of a PNG, in model units; equations allowed [default: the grid spacing]
-    #[arg(long, value_name = "SIZE")]
+    #[arg(long, value_name = "SIZE", allow_hyphen_values = true)]
     pub(super) pixel: Option<String>,
 
     /// Print file, height, area, perimeter, outlines and holes of each slice as JSON
@@ -283,7 +286,7 @@ pub(super) enum FormatArgument {
 #[derive(Debug, Args)]
 pub(super) struct WorkArguments {
     /// Grid spacing, one length or one an axis; equations allowed [default: longest side / 100]
-    #[arg(short, long, value_name = "S|SX,SY,SZ", allow_negative_numbers = true)]
+    #[arg(short, long, value_name = "S|SX,SY,SZ", allow_hyphen_values = true)]
     pub(super) spacing: Option<String>,
 
     /// Box to contour in place of the solid's own: least and greatest corner, equations allowed
@@ -291,11 +294,11 @@ pub(super) struct WorkArguments {
     pub(super) bounds: Option<String>,
 
     /// Give the parameter NAME of the program a value, an equation of numbers and earlier parameters; repeatable
-    #[arg(long = "param", value_name = "NAME=VALUE")]
+    #[arg(long = "param", value_name = "NAME=VALUE", allow_hyphen_values = true)]
     pub(super) parameters: Vec<String>,
 
     /// Threads to use [default: all processors]; the result does not depend on it
-    #[arg(long, value_name = "N", value_parser = threads)]
+    #[arg(long, value_name = "N", value_parser = threads, allow_hyphen_values = true)]
     pub(super) threads: Option<NonZeroUsize>,
 
     /// Say nothing but errors: no table, no warnings
@@ -303,7 +306,8 @@ pub(super) struct WorkArguments {
     pub(super) quiet: bool,
 
     /// Write timings, counts and peak memory to a JSON file
-    #[arg(long, value_name = "FILE.json", value_hint = ValueHint::FilePath)]
+    #[arg(long, value_name = "FILE.json", allow_hyphen_values = true)]
+    #[arg(value_hint = ValueHint::FilePath)]
     pub(super) stats: Option<PathBuf>,
 
     /// The program: shapes, mesh files, equations and operations in postfix order
