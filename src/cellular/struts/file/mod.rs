@@ -268,6 +268,27 @@ mod tests {
             r#"{"nodes": [], "edges": [{"between": ["a", "b"]}]}"#,
             "edge 1: there is no node `a`; nodes come before what they join",
         );
+        let json = |text: &str, expected: &str| check(Format::Json, text, expected);
+        json(
+            r#"{"nodes":[[0,0,0],[1,1,1]],"edges":[[0,1]]}"#,
+            "line 1, column 10: invalid type: sequence, \
+             expected a node such as {\"id\": \"a\", \"at\": [0, 0, 0]}",
+        );
+        json(
+            r#"{"nodes":[{"id":0,"at":[0,0,0]},{"id":1,"at":[1,1,1]}],"edges":[[0,1]]}"#,
+            "line 1, column 64: invalid type: sequence, \
+             expected an edge such as {\"between\": [\"a\", \"b\"]}",
+        );
+        json(
+            r#"{"nodes":[],"faces":{}}"#,
+            "line 1, column 20: invalid type: map, expected a list whose entries are each \
+             a face such as {\"corners\": [\"a\", \"b\", \"c\"]}",
+        );
+        json(
+            "[]",
+            "line 1, column 0: invalid type: sequence, \
+             expected an object such as {\"nodes\": [...], \"edges\": [...]}",
+        );
         let xml = "<graph><nodegroup>\n<node id='1' x='0' y='0'/></nodegroup></graph>";
         check(
             Format::Ltcx,
