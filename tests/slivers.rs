@@ -8,6 +8,7 @@ use alveole::job::{Job, Settings, Slivers};
 use alveole::mesh::Mesh;
 use alveole::mesh::check::check;
 use alveole::mesh::measure::{measure, volume};
+use alveole::mesh::weld::weld;
 use rayon::ThreadPoolBuilder;
 
 fn meshes(text: &str, spacing: f64) -> [Mesh; 2] {
@@ -18,11 +19,25 @@ fn meshes(text: &str, spacing: f64) -> [Mesh; 2] {
     })
 }
 
+/// What a file of single precision holds of `mesh` is sound: no two vertices are one, no area is lost.
+#[track_caller]
+fn is_sound_in_single(text: &str, mesh: &Mesh) {
+    let mut stored = mesh.clone();
+    for position in &mut stored.positions {
+        *position = position.map(|coordinate| f64::from(coordinate as f32));
+    }
+    let welded = weld(&mut stored);
+    assert_eq!(welded.merged, 0, "{text}: vertices of one place");
+    let found = check(&stored);
+    assert!(found.is_sound(), "{text}: {:?}", found.defects);
+}
+
 /// The mesh is as sound, as large and of the same kind without its slivers as with them, and no angle is
 /// below `least_deg`.
 #[track_caller]
 fn holds(text: &str, spacing: f64, least_deg: f64) {
     let [kept, removed] = meshes(text, spacing);
+    is_sound_in_single(text, &removed);
     let (before, after) = (check(&kept), check(&removed));
     assert!(after.is_sound(), "{text}: {:?}", after.defects);
     assert_eq!(before.euler, after.euler, "{text}");
@@ -78,6 +93,16 @@ fn vertices_keep_to_their_side_of_walls_and_jumps() {
         assert_eq!(coincident(&removed), coincident(&kept), "{text}");
         let change = volume(&removed) / volume(&kept) - 1.0;
         assert!(!is_resolved || change.abs() < 1e-3, "{text}: the volume changed by {change}");
+    }
+}
+
+#[test]
+fn where_a_surface_crosses_itself_files_hold_no_vertex_twice() {
+    for text in ["w-surface torus union box", "f-surface torus union box"] {
+        let [kept, removed] = meshes(text, 0.05);
+        is_sound_in_single(text, &kept);
+        is_sound_in_single(text, &removed);
+        assert_eq!(check(&kept).euler, check(&removed).euler, "{text}");
     }
 }
 

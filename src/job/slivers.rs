@@ -82,12 +82,12 @@ fn evaluate(
     })
 }
 
-/// The box of `grid` and the least of its spacings.
+/// The box of `grid`, the least of its spacings and the precision that its meshes need.
 fn cut(grid: &Grid) -> slivers::Cut {
     let bounds = grid.bounds();
     // Not the least gap: the last cell of an axis may be a quarter of the others.
     let steps = bounds.size() / DVec3::from_array(grid.cells().map(|cells| cells as f64));
-    slivers::Cut { bounds, spacing: steps.min_element() }
+    slivers::Cut { bounds, spacing: steps.min_element(), precision: grid.precision() }
 }
 
 fn pass_on(mesh: &Mesh, sink: &mut dyn Sink) -> std::io::Result<()> {

@@ -56,7 +56,8 @@ pub(super) fn contract_these(sheets: &mut Sheets, spacing: f64, edges: &[Edge]) 
         }
         let Some(way) = contraction(sheets, &stars, *edge, spacing) else { continue };
         let Contraction { kept, gone, at, holds } = way;
-        sheets.mesh.positions[kept as usize] = at.to_array();
+        sheets.abandon(gone);
+        sheets.put(kept, at);
         sheets.holds[kept as usize] = holds;
         numbers[gone as usize] = kept;
         for vertex in [a, b].iter().chain(&*of_a).chain(&*of_b) {
@@ -122,9 +123,13 @@ fn way(
     })
 }
 
-/// Whether no triangle turns over or leaves its sheet, and no worse sliver comes of it.
+/// Whether no triangle turns over, leaves its sheet or loses its area, no other vertex is there, and no
+/// worse sliver comes of it.
 fn is_harmless(sheets: &Sheets, stars: &Stars, way: Contraction, is_tiny: bool) -> bool {
     let Contraction { kept, gone, at, holds } = way;
+    if !sheets.is_open_place(kept, at) && !sheets.is_open_place(gone, at) {
+        return false;
+    }
     let (mut worst_before, mut worst_after) = (60.0_f64, 60.0_f64);
     for (vertex, other) in [(gone, kept), (kept, gone)] {
         for corners in sheets.about(stars, vertex) {
@@ -136,7 +141,8 @@ fn is_harmless(sheets: &Sheets, stars: &Stars, way: Contraction, is_tiny: bool) 
             after[place] = at;
             worst_after = worst_after.min(least_angle_deg(after));
             let stays = sheets.sheet_with(corners, place, holds) == sheets.sheet(corners);
-            if !stays || !is_along(normal(before), normal(after), TURN) {
+            let is_fine = stays && is_along(normal(before), normal(after), TURN);
+            if !is_fine || !sheets.is_wide(after) {
                 return false;
             }
         }

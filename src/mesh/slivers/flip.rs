@@ -75,7 +75,9 @@ fn flipped(
     let normals =
         |triangles: [[u32; 3]; 2]| triangles.map(|corners| normal(sheets.points(corners)));
     let [one, two] = normals(old);
-    if !normals(new).into_iter().all(|normal| is_along(normal, one + two, TURN)) {
+    let is_wide = |corners: [u32; 3]| sheets.is_wide(sheets.points(corners));
+    let is_flat = normals(new).into_iter().all(|normal| is_along(normal, one + two, TURN));
+    if !is_flat || !new.into_iter().all(is_wide) {
         return None;
     }
     let least = |triangles: [[u32; 3]; 2]| {

@@ -51,7 +51,7 @@ pub(super) fn part<E>(
     // One after the other: each sees where those before it went.
     for (vertex, places) in vertices.into_iter().zip(places.chunks(2 * WAYS.len())) {
         if let Some(to) = best(sheets, &stars, vertex, places, spacing) {
-            sheets.mesh.positions[vertex as usize] = to.to_array();
+            sheets.put(vertex, to);
             count += 1;
         }
     }

@@ -1,6 +1,7 @@
 //! A mesh with the sheets that its triangles belong to: the surface, or one of the six flat cuts.
 
-use super::{SLIVER_DEG, SLIVER_TAN};
+use super::places::Places;
+use super::{Cut, SLIVER_DEG, SLIVER_TAN};
 use crate::geom::Aabb;
 use crate::mesh::Mesh;
 use crate::mesh::topology::Stars;
@@ -62,11 +63,13 @@ pub(super) struct Sheets {
     pub(super) mesh: Mesh,
     pub(super) holds: Vec<Holds>,
     bounds: Aabb,
+    places: Places,
 }
 
 impl Sheets {
-    /// The sheets of `mesh`, the surface in `bounds` with its flat cuts.
-    pub(super) fn new(mesh: Mesh, bounds: Aabb) -> Self {
+    /// The sheets of `mesh`, the surface in the box of `cut` with its flat cuts.
+    pub(super) fn new(mesh: Mesh, cut: &Cut) -> Self {
+        let Cut { bounds, spacing: _, precision } = *cut;
         let (lo, hi) = (bounds.lo.to_array(), bounds.hi.to_array());
         let sides = |position: &[f64; 3]| {
             (0..3).fold(0_u8, |bits, axis| {
@@ -76,7 +79,8 @@ impl Sheets {
             })
         };
         let holds = mesh.positions.iter().map(|position| Holds(sides(position))).collect();
-        let mut sheets = Self { mesh, holds, bounds };
+        let places = Places::new(&mesh.positions, bounds, precision);
+        let mut sheets = Self { mesh, holds, bounds, places };
         for number in 0..sheets.mesh.triangles.len() {
             let corners = sheets.mesh.triangles[number];
             if sheets.sheet(corners) == 0 {
@@ -120,6 +124,48 @@ impl Sheets {
         (0..3).all(|axis| {
             holds.is_held_along(axis) || lo[axis] < place[axis] && place[axis] < hi[axis]
         })
+    }
+
+    /// Whether a file tells `place` from where the vertices are, `vertex` itself left out.
+    pub(super) fn is_open_place(&self, vertex: u32, place: DVec3) -> bool {
+        self.places.is_open(place) || self.places.are_one(self.at(vertex), place)
+    }
+
+    /// Whether a new vertex at `place` is told from all others.
+    pub(super) fn is_new_place(&self, place: DVec3) -> bool {
+        self.places.is_open(place)
+    }
+
+    /// Whether a triangle of these corners keeps its area in a file.
+    pub(super) fn is_wide(&self, points: [DVec3; 3]) -> bool {
+        self.places.is_wide(points)
+    }
+
+    /// Moves `vertex` to `place`.
+    pub(super) fn put(&mut self, vertex: u32, place: DVec3) {
+        self.places.leave(self.at(vertex));
+        self.places.take(place);
+        self.mesh.positions[vertex as usize] = place.to_array();
+    }
+
+    /// Notes that no triangle has `vertex` any more.
+    pub(super) fn abandon(&mut self, vertex: u32) {
+        self.places.leave(self.at(vertex));
+    }
+
+    /// Adds a vertex at `place`.
+    pub(super) fn add(&mut self, place: DVec3, holds: Holds) {
+        self.places.take(place);
+        self.mesh.positions.push(place.to_array());
+        self.holds.push(holds);
+    }
+
+    /// Takes back the vertices that were added from number `first` on.
+    pub(super) fn take_back(&mut self, first: usize) {
+        for position in self.mesh.positions.drain(first..) {
+            self.places.leave(DVec3::from_array(position));
+        }
+        self.holds.truncate(first);
     }
 
     /// The triangles about `vertex`.

@@ -76,7 +76,7 @@ pub(super) fn slide<E>(
             let Some(place) = places.next() else { return true };
             let slides = is_better(sheets, &stars, vertex, place, spacing);
             if slides {
-                sheets.mesh.positions[vertex as usize] = place.at.to_array();
+                sheets.put(vertex, place.at);
                 count += 1;
             }
             !slides
@@ -109,7 +109,7 @@ pub(super) fn settle<E>(
                 && keeps_sides(sheets, &stars, vertex, place)
                 && (least(to) > GOOD_DEG || least(to) > least(from) - SETTLING_DEG)
             {
-                sheets.mesh.positions[vertex as usize] = to.to_array();
+                sheets.put(vertex, to);
             }
         }
     }
@@ -160,8 +160,8 @@ fn least_about(sheets: &Sheets, stars: &Stars, vertex: u32, place: DVec3) -> f64
     angles.fold(60.0, f64::min)
 }
 
-/// Whether `vertex` stays in the box and on its sheet, and no triangle about it turns over, if it goes
-/// to `place`.
+/// Whether `vertex` stays in the box, on its sheet and apart from others, and no triangle about it turns
+/// over or loses its area, if it goes to `place`.
 ///
 /// The other side of a wall, and the zero next to a jump of the field, have the solid on the other
 /// side.
@@ -174,10 +174,11 @@ pub(super) fn keeps_sides(sheets: &Sheets, stars: &Stars, vertex: u32, place: Pl
     };
     is_there
         && sheets.is_free_place(sheets.holds[vertex as usize], to)
+        && sheets.is_open_place(vertex, to)
         && (out == DVec3::ZERO || is_own_sheet())
         && sheets.about(stars, vertex).all(|corners| {
             let moved = corners.map(|c| if c == vertex { to } else { sheets.at(c) });
-            is_along(normal(sheets.points(corners)), normal(moved), TURN)
+            is_along(normal(sheets.points(corners)), normal(moved), TURN) && sheets.is_wide(moved)
         })
 }
 

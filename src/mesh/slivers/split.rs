@@ -153,8 +153,7 @@ fn free(
                 sheets.mesh.triangles[number as usize] = corners;
             }
             sheets.mesh.triangles.truncate(triangles);
-            sheets.mesh.positions.truncate(vertices);
-            sheets.holds.truncate(vertices);
+            sheets.take_back(vertices);
             return false;
         };
         for (number, [one, other]) in halved {
@@ -162,8 +161,7 @@ fn free(
             sheets.mesh.triangles[number as usize] = one;
             sheets.mesh.triangles.push(other);
         }
-        sheets.mesh.positions.push(at.to_array());
-        sheets.holds.push(holds);
+        sheets.add(at, holds);
     }
     true
 }
@@ -178,10 +176,11 @@ fn halves(
     Place { at, is_there, out }: Place,
     old: usize,
 ) -> Option<[Halved; 2]> {
-    if !is_there || !sheets.is_free_place(Holds::of(sheet), at) {
+    if !is_there || !sheets.is_free_place(Holds::of(sheet), at) || !sheets.is_new_place(at) {
         return None;
     }
     let vertex = sheets.mesh.positions.len() as u32;
+    let before = |corner: u32| if corner == vertex { at } else { sheets.at(corner) };
     let place = |corner: u32| match corner {
         _ if corner == vertex => at,
         _ if barred.edge.ends.contains(&corner) => barred.at,
@@ -198,6 +197,7 @@ fn halves(
             let whole = normal(corners.map(place));
             let is_own_sheet = out == DVec3::ZERO || is_along(whole, out, OPPOSED);
             let is_fine = is_own_sheet
+                && halves.iter().all(|half| sheets.is_wide(half.map(before)))
                 && halves
                     .iter()
                     .map(|half| half.map(place))

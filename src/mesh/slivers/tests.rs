@@ -59,7 +59,11 @@ fn ball_of(radius: f64, points: &[[f64; 3]], out: &mut [[f64; 4]]) -> Result<(),
 }
 
 fn cut() -> Cut {
-    Cut { bounds: Aabb::new(glam::DVec3::splat(-1.0), glam::DVec3::splat(1.0)), spacing: 0.07 }
+    Cut {
+        bounds: Aabb::new(glam::DVec3::splat(-1.0), glam::DVec3::splat(1.0)),
+        spacing: 0.07,
+        precision: Precision::Double,
+    }
 }
 
 #[test]
@@ -231,8 +235,7 @@ fn anywhere(_: &[[f64; 3]], out: &mut [[f64; 4]]) -> Result<(), Never> {
 
 #[test]
 fn a_neck_of_three_edges_gets_a_fourth_for_the_one_that_goes() {
-    let bounds = cut().bounds;
-    let mut sheets = Sheets::new(vase(), bounds);
+    let mut sheets = Sheets::new(vase(), &cut());
     assert!(check(&sheets.mesh).is_sound());
     assert_eq!(contract::contract(&mut sheets, cut().spacing), 0);
     let Ok(done) = split::split(&mut sheets, cut().spacing, &mut anywhere) else {
