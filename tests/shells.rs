@@ -42,6 +42,39 @@ fn walls_of_a_level_are_thin_where_the_field_is_steep() {
 }
 
 #[test]
+fn walls_and_struts_of_a_length_are_as_thick_as_they_were_asked_to_be() {
+    for (program, thickness) in [
+        ("gyroid thickness 0.1 box", 0.1),
+        ("gyroid scale 0.5 thickness 0.1 method gradient scale 2 box", 0.2),
+        ("octet radius 0.05 box", 0.1),
+        ("octet radius 0.05 fillet 0.05 scale 2 rotate 1 1,2,3 box", 0.2),
+        ("iso-truss radius 0.1 box", 0.2 * 0.806),
+        ("kelvin-plates thickness 0.1 box", 0.1),
+        ("voronoi-walls thickness 0.2 box", 0.2),
+        ("sphere kelvin fill size 0.5 skin 0.1", 0.05),
+        ("box octet difference", 0.1),
+    ] {
+        // The last cell of a grid may be a quarter longer than the others.
+        for (spacing, thin) in [(thickness / 3.0, 0.0), (thickness / 1.5, 1.0)] {
+            let found = walls(program, spacing);
+            assert!((found.minimum / thickness - 1.0).abs() < 1e-3, "{program}: {found:?}");
+            assert_eq!(found.thin_fraction, thin, "{program}: {found:?}");
+        }
+    }
+    // A quarter of the height is thinner than two spacings.
+    let found = walls("plane thickness '0.3+0.2*x' box", 0.1);
+    assert!((0.1..0.11).contains(&found.minimum), "{found:?}");
+    assert!((found.thin_fraction - 0.25).abs() < 0.03, "{found:?}");
+    // What became thicker is on no wall of that length any more, and maps keep no lengths.
+    for program in ["octet dilate 0.1 box", "octet stretch x 2 box", "octet density 0.3 box"] {
+        let (job, settings) = (job(program), Settings::with_spacing(0.2));
+        let grid = job.grid(&settings).unwrap();
+        let found = job.contour(&grid, &settings, &Progress::new(), &mut Collect::default());
+        assert_eq!(found.unwrap().walls, None, "{program}");
+    }
+}
+
+#[test]
 fn offsets_grow_the_box_by_as_much_as_the_solid() {
     let check = |program: &str, half: [f64; 3]| {
         let found = measure(&sound_mesh(program, 0.05));

@@ -362,7 +362,7 @@ pub(super) fn remarks(report: &job::Report) -> Vec<String> {
     }
     if let Some(walls) = report.walls.filter(|walls| walls.thin_fraction > 0.0) {
         remarks.push(format!(
-            "walls are as thin as {:.4}, and {:.1} % of their area is thinner than two grid \
+            "walls or struts are as thin as {:.4}, and {:.1} % of their area is thinner than two grid \
              spacings ({:.4}): they may come out light or with holes; give a smaller spacing",
             walls.minimum,
             100.0 * walls.thin_fraction,

@@ -67,7 +67,7 @@ use crate::mesh::sink::Collect;
 use crate::mesh::{Mesh, Sink};
 use crate::num::Progress;
 use crate::octree::Pruning;
-use crate::solid::{Solid, Span};
+use crate::solid::{Side, Solid, Span, Wall};
 use crate::vocabulary;
 use glam::DVec3;
 use kept::{Kept, KeptEnvelope, KeptRates};
@@ -423,8 +423,15 @@ impl Job {
         let spacing = longest_edge(grid);
         report.walls = (self.solid.walls.iter().take(MOST_WALLS))
             .filter_map(|wall| {
-                let (level, half) = (wall.field, wall.half_thickness);
-                walls::walls(&mut graph, level, half, &values, &positions, spacing)
+                let &Wall { field, half_thickness: half, side, span: _ } = wall;
+                match side {
+                    Side::Middle => {
+                        walls::walls(&mut graph, field, half, &values, &positions, spacing)
+                    }
+                    Side::Surface => {
+                        walls::of_lengths(&graph, [field, half], &values, &positions, spacing)
+                    }
+                }
             })
             .reduce(walls::Walls::worse);
         Ok(report)

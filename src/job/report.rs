@@ -23,7 +23,8 @@ pub struct Report {
     pub compile_seconds: f64,
     /// Seconds spent on the axis tables.
     pub bind_seconds: f64,
-    /// Thickness of the thinnest walls that shells made, the first sixteen of them, if there are any.
+    /// Thickness of the thinnest walls and struts whose thickness is known, the first sixteen kinds, if
+    /// there are any.
     pub walls: Option<Walls>,
     /// The densities that levels were solved for.
     pub densities: Vec<Density>,

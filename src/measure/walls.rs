@@ -1,4 +1,5 @@
-//! Thickness of the walls that a shell makes, at the vertices of its mesh.
+//! Thickness of walls at the vertices of their mesh: of shells, whose thickness follows from the slope
+//! of a field, and of walls and struts that were asked for by a length.
 //!
 //! A shell of half thickness xi about the field g is the set |g| <= xi. Where g is no distance, the
 //! wall's thickness in length is 2 xi / |grad g| to first order. A wall thinner than two grid
@@ -90,6 +91,35 @@ impl Walls {
             limit: self.limit.max(other.limit),
         }
     }
+}
+
+/// Most vertices at which a length is looked up: a field of struts may be large.
+const LOOKED_UP: usize = 1 << 12;
+
+/// Twice the lengths `half` at those of `positions` where `field` is zero, to a part of `spacing`.
+///
+/// A vertex counts for as much area as any other; otherwise as [`walls`].
+#[must_use]
+pub fn of_lengths(
+    graph: &Graph,
+    [field, half]: [NodeId; 2],
+    parameters: &[f64],
+    positions: &[[f64; 3]],
+    spacing: f64,
+) -> Option<Walls> {
+    let stride = positions.len().div_ceil(LOOKED_UP).max(1);
+    let chosen = positions.iter().step_by(stride);
+    let at: [Vec<f64>; 3] = std::array::from_fn(|a| chosen.clone().map(|p| p[a]).collect());
+    let [mut fields, mut halves] = [vec![0.0; at[0].len()], vec![0.0; at[0].len()]];
+    let mut out = [fields.as_mut_slice(), halves.as_mut_slice()];
+    let coordinates = [&*at[0], &*at[1], &*at[2]];
+    interpret::points(graph, &[field, half], coordinates, parameters, &mut out).ok()?;
+    let limit = 2.0 * spacing;
+    let on_wall = fields.iter().zip(&halves).filter(|(f, _)| f.abs() <= ON_WALL * spacing);
+    let thicknesses: Vec<f64> = on_wall.map(|(_, half)| 2.0 * half).collect();
+    let minimum = thicknesses.iter().copied().reduce(f64::min)?;
+    let thin = thicknesses.iter().filter(|thickness| **thickness < limit).count();
+    Some(Walls { minimum, thin_fraction: thin as f64 / thicknesses.len() as f64, limit })
 }
 
 /// Thickness of the walls |`level`| <= `half` at those of `positions` that lie on them.

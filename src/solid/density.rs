@@ -15,7 +15,7 @@
 
 use super::extent::Rule;
 use super::motions::vary;
-use super::{Solid, Span, Wall};
+use super::{Side, Solid, Span, Wall};
 use crate::expr::{Graph, Node, NodeId, ParameterId, Unary};
 use crate::num::elementary;
 
@@ -64,7 +64,8 @@ impl Solid {
         };
         let family = self.field;
         if let Node::Unary(Unary::Abs, middle) = graph.node(family) {
-            self.walls.push(Wall { field: middle, half_thickness: height, span: Span::NOWHERE });
+            let (side, span) = (Side::Middle, Span::NOWHERE);
+            self.walls.push(Wall { field: middle, half_thickness: height, side, span });
         }
         self.field = graph.sub(family, height);
         let (field, span) = (self.field, Span::NOWHERE);

@@ -18,9 +18,9 @@
 //! Source: cell maps apart from cells and thickness are those of OpenVCAD; coordinates as in ISO
 //! 80000-2.
 
-use super::Solid;
 use super::extent::Rule;
 use super::primitives::length;
+use super::{Side, Solid};
 use crate::expr::{Binary, Graph, NodeId, Unary};
 use std::f64::consts::{PI, TAU};
 
@@ -88,6 +88,7 @@ impl Solid {
     #[must_use]
     pub fn mapped(self, graph: &mut Graph, place: [NodeId; 3]) -> Self {
         let mut mapped = self.substituted(graph, place);
+        mapped.walls.retain(|wall| wall.side == Side::Middle);
         mapped.push(Rule::Map);
         mapped
     }

@@ -40,22 +40,32 @@ use extent::{Leaf, Rule, Step};
 pub struct Solid {
     /// The field, negative inside.
     pub field: NodeId,
-    /// The walls that [`shell`](Solid::shell) made, as they now lie.
+    /// The walls and struts whose thickness is known, as they now lie.
     pub walls: Vec<Wall>,
     /// What the unknown levels in it have to bring about.
     pub fractions: Vec<Fraction>,
     steps: Vec<Step>,
 }
 
-/// A wall around a level surface: {|f| < half thickness}.
-///
-/// Where |grad f| = s it is about `2 * half_thickness / s` thick, which a grid may miss.
+/// What the field of a [`Wall`] is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// Zero in the middle of the wall {|f| < half thickness}, which is in units of the field: where
+    /// |grad f| = s it is about `2 * half_thickness / s` thick.
+    Middle,
+    /// Zero on the surface of the wall, whose half thickness is a length.
+    Surface,
+}
+
+/// A wall, or struts, which a grid may miss.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Wall {
-    /// The field whose zero is the middle of the wall.
+    /// The field that is zero where `side` says.
     pub field: NodeId,
-    /// Half the thickness, in units of the field.
+    /// Half the thickness, or the radius of struts; of several the least.
     pub half_thickness: NodeId,
+    /// Where the field is zero.
+    pub side: Side,
     /// The text of the operation.
     pub span: Span,
 }
@@ -96,6 +106,15 @@ impl Solid {
         walls.take_while(|wall| wall.span == Span::NOWHERE).for_each(|wall| wall.span = span);
         let new = self.fractions.iter_mut().rev().take_while(|f| f.span == Span::NOWHERE);
         new.for_each(|fraction| fraction.span = span);
+        self
+    }
+
+    /// The same solid, a wall or struts all of which are `half_thickness`, a length, to either side
+    /// of their middle or thicker.
+    #[must_use]
+    pub fn with_half_thickness(mut self, half_thickness: NodeId) -> Self {
+        let (field, side, span) = (self.field, Side::Surface, Span::NOWHERE);
+        self.walls.push(Wall { field, half_thickness, side, span });
         self
     }
 

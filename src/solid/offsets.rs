@@ -8,7 +8,7 @@
 use super::extent::Rule;
 use super::motions::vary;
 use super::warps::Warp;
-use super::{Solid, Span, Wall};
+use super::{Side, Solid, Span, Wall};
 use crate::expr::{Graph, NodeId, Unary, derive};
 
 impl Solid {
@@ -34,7 +34,8 @@ impl Solid {
     pub fn shell(mut self, graph: &mut Graph, thickness: NodeId) -> Self {
         let two = graph.constant(2.0);
         let half_thickness = graph.div(thickness, two);
-        self.walls.push(Wall { field: self.field, half_thickness, span: Span::NOWHERE });
+        let (field, side, span) = (self.field, Side::Middle, Span::NOWHERE);
+        self.walls.push(Wall { field, half_thickness, side, span });
         let distance = graph.unary(Unary::Abs, self.field);
         self.field = graph.sub(distance, half_thickness);
         self.grow(graph, half_thickness);

@@ -18,10 +18,10 @@
 //! Source: the phase integral is that of a chirp, phi' = 1/s; nodes and weights by Newton's method on
 //! the Legendre polynomials (Press et al., Numerical Recipes, section 4.6).
 
-use super::Solid;
 use super::extent::Rule;
 use super::motions::vary;
 use super::warps::Warp;
+use super::{Side, Solid};
 use crate::expr::{Graph, NodeId};
 use crate::geom::Axis;
 use crate::num::elementary;
@@ -45,6 +45,7 @@ impl Solid {
         let mut pulled = point;
         pulled[axis.index()] = phase;
         let mut stretched = self.substituted(graph, pulled);
+        stretched.walls.retain(|wall| wall.side == Side::Middle);
         let mut factor = [graph.constant(1.0); 3];
         factor[axis.index()] = size;
         stretched.push(Rule::Warp(Warp::Scale(factor)));

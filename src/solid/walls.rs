@@ -78,7 +78,7 @@ impl Solid {
             // A field that falls steeply far away may look near: there is no bound.
             Method::Exact | Method::Gradient => self.push(Rule::Everywhere),
         }
-        self
+        self.with_half_thickness(half)
     }
 }
 

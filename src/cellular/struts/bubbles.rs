@@ -58,5 +58,5 @@ pub fn walls(graph: &mut Graph, points: &[DVec3], mirrored: [bool; 3], thickness
     }
     let distance = over_space(graph, bubbles, Binary::Max);
     let field = graph.sub(distance, half);
-    Solid::periodic(graph, field, 1.0, 1.0)
+    Solid::periodic(graph, field, 1.0, 1.0).with_half_thickness(half)
 }

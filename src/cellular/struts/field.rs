@@ -77,10 +77,28 @@ impl Cell {
             // Nothing is infinitely far from everything.
             let nothing = graph.constant(f64::INFINITY);
             let field = parts.into_iter().reduce(|a, b| graph.min(a, b)).unwrap_or(nothing);
-            return Solid::periodic(graph, field, 1.0, 1.0);
+            let solid = Solid::periodic(graph, field, 1.0, 1.0);
+            return self.with_thinnest(graph, solid, [radius, half]);
         }
         let field = round_minimum(graph, &parts, fillet);
-        Solid::periodic(graph, field, 1.0, (parts.len() as f64).sqrt())
+        let solid = Solid::periodic(graph, field, 1.0, (parts.len() as f64).sqrt());
+        self.with_thinnest(graph, solid, [radius, half])
+    }
+
+    /// `solid` with the least radius of its struts and half thickness of its plates.
+    fn with_thinnest(&self, graph: &mut Graph, solid: Solid, [radius, half]: [NodeId; 2]) -> Solid {
+        let of_struts = self.struts().iter().flat_map(|strut| strut.factors).reduce(f64::min);
+        let of_plates = self.plates().iter().map(|plate| plate.factor).reduce(f64::min);
+        let thinnest = [(of_struts, radius), (of_plates, half)].into_iter();
+        let thinnest = thinnest.filter_map(|(factor, offset)| {
+            let factor = graph.constant(factor?);
+            Some(graph.mul(factor, offset))
+        });
+        let thinnest: Vec<NodeId> = thinnest.collect();
+        match thinnest.into_iter().reduce(|a, b| graph.min(a, b)) {
+            Some(half) => solid.with_half_thickness(half),
+            None => solid,
+        }
     }
 }
 
