@@ -406,6 +406,41 @@ fn counted_cells_divide_the_box_of_the_part() {
 }
 
 #[test]
+fn whole_cells_are_all_those_that_lie_in_the_part() {
+    // A cell that is solid everywhere, so that the volume counts cells.
+    let cells = |part: &str, fill: &str, side: f64| {
+        let program = format!("{part} simple-cubic radius 1 fill {fill} trim cells");
+        volume(&program, side / 8.0) / side.powi(3)
+    };
+    let check = |part: &str, fill: &str, side: f64, expected: f64| {
+        let found = cells(part, fill, side);
+        assert!((found - expected).abs() < 1e-2, "{part} {fill}: {found}, not {expected}");
+    };
+    for (count, side) in [(2, 1.0), (3, 2.0 / 3.0), (5, 0.4)] {
+        let expected = f64::from(count).powi(3);
+        check("box", &format!("count {count}"), side, expected);
+        check("box translate 0.3,0.1,-0.7", &format!("count {count}"), side, expected);
+    }
+    check("box", "size 0.5", 0.5, 64.0);
+    check("box translate 0.25,0,0", "size 0.5", 0.5, 48.0);
+    // Fields that are bounds of the distance, and none at all.
+    check("box scale 3,3,1.5", "size 1", 1.0, 72.0);
+    check("'max(abs(x),abs(y),abs(z))^2-1' box intersection", "size 0.5", 0.5, 64.0);
+    // A ball of radius 1, by the corners that are farthest.
+    let side = 0.25_f64;
+    let numbers = || (-4..4).map(|i: i32| side * f64::from(i.max(-i - 1) + 1));
+    let mut expected = 0.0;
+    for (x, y, z) in
+        numbers().flat_map(|x| numbers().flat_map(move |y| numbers().map(move |z| (x, y, z))))
+    {
+        expected += f64::from(x * x + y * y + z * z <= 1.0);
+    }
+    check("sphere", "size 0.25", side, expected);
+    // A hole through the middle of two cells, which have their corners in the part.
+    check("box cylinder scale 0.1,0.1,2 translate 0.5,0.5,0 difference", "count 2", 1.0, 6.0);
+}
+
+#[test]
 fn cells_that_can_not_be_counted_are_refused() {
     let refused = |program: &str, cause: &str| {
         let fault = Job::parse(program).unwrap_err().to_string();

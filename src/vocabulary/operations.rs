@@ -191,7 +191,12 @@ const FILL: &[Argument] = &[
     ),
     number("thickness", Domain::NotNegative, Presence::Optional, "thickness of walls, a length"),
     number("skin", Domain::NotNegative, Presence::Optional, "thickness of the skin, a length"),
-    choice("trim", Trim::NAMES, Presence::Default("part"), "cut cells, or keep whole ones only"),
+    choice(
+        "trim",
+        Trim::NAMES,
+        Presence::Default("part"),
+        "cut cells, or keep those with corners and ball inside",
+    ),
     Argument {
         name: "count",
         shape: Shape::Factor,
