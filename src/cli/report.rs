@@ -10,6 +10,7 @@ use crate::geom::Axis;
 use crate::job::{self, ConversionNote, MeshNote, study};
 use crate::lang::{self, Diagnostic, Place, Rejected, Sources};
 use crate::measure::slice::RasterError;
+use crate::measure::thickness::Thickness;
 use crate::mesh::io::{ReadError, WriteError};
 use crate::solid::Span;
 use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
@@ -351,7 +352,7 @@ pub(super) fn mesh_note(name: &str, note: &MeshNote) {
     }
 }
 
-/// What the user should know of a contouring: not-a-numbers and thin walls.
+/// What the user should know of a contouring: not-a-numbers, thin walls, and walls that are not as thick as asked.
 pub(super) fn remarks(report: &job::Report) -> Vec<String> {
     let contour::Report { nans, .. } = report.contour;
     let mut remarks = Vec::new();
@@ -368,6 +369,23 @@ pub(super) fn remarks(report: &job::Report) -> Vec<String> {
             100.0 * walls.thin_fraction,
             walls.limit
         ));
+    }
+    if let Some(Thickness { missing, excess }) = report.thickness {
+        if missing > 0.0 {
+            remarks.push(format!(
+                "about {:.0} % of a wall made by `thickness` is missing: points as far from the surface as \
+                 half of it are not all reached; give a smaller thickness, or make thick walls by `shell` \
+                 or `sheet dilate`",
+                100.0 * missing
+            ));
+        }
+        if excess > 0.0 {
+            remarks.push(format!(
+                "about {:.0} % too much is solid in a wall made by `thickness`: the slope of the field \
+                 vanishes at the surface, or jumps near it; give a field that is steeper there",
+                100.0 * excess
+            ));
+        }
     }
     remarks
 }

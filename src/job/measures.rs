@@ -110,7 +110,7 @@ impl Job {
             let values = values.clone();
             let parsing = Duration::ZERO;
             let mut sink = Collect::default();
-            FieldOn { graph, field, program, values, grid, meshes: &[], parsing }
+            FieldOn { graph, field, program, values, grid, true_walls: &[], meshes: &[], parsing }
                 .contour(settings, progress, &mut sink)?;
             Ok(measure::volume(&sink.into_mesh()))
         };

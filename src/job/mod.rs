@@ -62,12 +62,13 @@ use crate::eval::{Bound, Engine, ProgramError};
 use crate::expr::{Graph, NodeId};
 use crate::geom::{Aabb, Axis};
 use crate::lang::{self, Demand, Diagnostic, Rejected, Sources};
+use crate::measure::thickness;
 use crate::measure::walls::{self, Sample};
 use crate::mesh::sink::Collect;
 use crate::mesh::{Mesh, Sink};
 use crate::num::Progress;
 use crate::octree::Pruning;
-use crate::solid::{Side, Solid, Span, Wall};
+use crate::solid::{Side, Solid, Span, TrueWall, Wall};
 use crate::vocabulary;
 use glam::DVec3;
 use kept::{Kept, KeptEnvelope, KeptRates};
@@ -441,7 +442,8 @@ impl Job {
     fn field_on<'a>(&'a self, grid: &'a Grid, values: Vec<f64>) -> FieldOn<'a> {
         let Self { graph, solid, program, notes, parsing, .. } = self;
         let (field, meshes) = (solid.field, notes.meshes.as_slice());
-        FieldOn { graph, field, program, values, grid, meshes, parsing: *parsing }
+        let true_walls = solid.true_walls.as_slice();
+        FieldOn { graph, field, program, values, grid, true_walls, meshes, parsing: *parsing }
     }
 
     /// The present values of the parameters, by slot; NaN for unknown levels.
@@ -461,6 +463,7 @@ struct FieldOn<'a> {
     program: &'a Kept,
     values: Vec<f64>,
     grid: &'a Grid,
+    true_walls: &'a [TrueWall],
     meshes: &'a [MeshNote],
     parsing: Duration,
 }
@@ -505,8 +508,34 @@ impl FieldOn<'_> {
         let chosen = contour::Settings { pruning: settings.pruning, memory: settings.memory };
         let (found, contour) = work(&bound, &chosen)?;
         let report = Report::new(self.grid, contour, self.parsing, compiling, binding);
-        Ok((found, Report { meshes: self.meshes.to_vec(), ..report }))
+        let thickness = thickness(self.graph, self.true_walls, &self.values, self.grid);
+        Ok((found, Report { thickness, meshes: self.meshes.to_vec(), ..report }))
     }
+}
+
+/// How much of `walls` is wrong in the box of `grid`.
+fn thickness(
+    graph: &Graph,
+    walls: &[TrueWall],
+    values: &[f64],
+    grid: &Grid,
+) -> Option<thickness::Thickness> {
+    let mut looked_at: Vec<TrueWall> = Vec::new();
+    for wall in walls {
+        if looked_at.len() < MOST_WALLS && !looked_at.contains(wall) {
+            looked_at.push(*wall);
+        }
+    }
+    if looked_at.is_empty() {
+        return None;
+    }
+    let mut graph = graph.clone();
+    let of = |wall: TrueWall| {
+        let TrueWall { surface, field, half_thickness, lipschitz, place } = wall;
+        let asked = thickness::Asked { surface, field, half_thickness, lipschitz, place };
+        thickness::thickness(&mut graph, &asked, values, &grid.bounds())
+    };
+    looked_at.into_iter().filter_map(of).reduce(thickness::Thickness::worse)
 }
 
 /// The longest distance between neighbouring nodes of `grid` along an axis.

@@ -3,6 +3,7 @@
 use super::{Density, MeshNote};
 use crate::contour::{self, Grid};
 use crate::geom::Aabb;
+use crate::measure::thickness::Thickness;
 use crate::measure::walls::Walls;
 use crate::mesh::slivers::Removal;
 use std::time::Duration;
@@ -26,6 +27,9 @@ pub struct Report {
     /// Thickness of the thinnest walls and struts whose thickness is known, the first sixteen kinds, if
     /// there are any.
     pub walls: Option<Walls>,
+    /// How much of the walls of a true thickness is wrong, the first sixteen of them, if it is much.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub thickness: Option<Thickness>,
     /// The densities that levels were solved for.
     pub densities: Vec<Density>,
     /// The mesh files of the program: what they contained, what was mended and what was assumed.
@@ -51,6 +55,7 @@ impl Report {
             compile_seconds: compile.as_secs_f64(),
             bind_seconds: bind.as_secs_f64(),
             walls: None,
+            thickness: None,
             densities: Vec::new(),
             meshes: Vec::new(),
             slivers: None,

@@ -12,6 +12,7 @@ pub mod phases;
 pub mod quadrature;
 pub mod slice;
 pub mod survey;
+pub mod thickness;
 pub mod totals;
 pub mod walls;
 

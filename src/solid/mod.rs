@@ -42,6 +42,8 @@ pub struct Solid {
     pub field: NodeId,
     /// The walls and struts whose thickness is known, as they now lie.
     pub walls: Vec<Wall>,
+    /// The walls that [`wall`](Solid::wall) made by Newton's method.
+    pub true_walls: Vec<TrueWall>,
     /// What the unknown levels in it have to bring about.
     pub fractions: Vec<Fraction>,
     steps: Vec<Step>,
@@ -68,6 +70,21 @@ pub struct Wall {
     pub side: Side,
     /// The text of the operation.
     pub span: Span,
+}
+
+/// A wall of a true thickness around a surface, in the space in which it was made.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TrueWall {
+    /// The field whose zero is the middle of the wall.
+    pub surface: NodeId,
+    /// The wall's field.
+    pub field: NodeId,
+    /// Half the thickness, a length.
+    pub half_thickness: NodeId,
+    /// An upper bound of the length of the gradient of `surface`; infinite if none is known.
+    pub lipschitz: f64,
+    /// Where a point of the solid is in that space.
+    pub place: [NodeId; 3],
 }
 
 impl Solid {
@@ -119,7 +136,13 @@ impl Solid {
     }
 
     fn leaf(field: NodeId, leaf: Leaf) -> Self {
-        let mut solid = Self { field, walls: Vec::new(), fractions: Vec::new(), steps: Vec::new() };
+        let mut solid = Self {
+            field,
+            walls: Vec::new(),
+            true_walls: Vec::new(),
+            fractions: Vec::new(),
+            steps: Vec::new(),
+        };
         solid.push(Rule::Leaf(leaf));
         solid
     }

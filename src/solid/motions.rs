@@ -12,7 +12,7 @@
 
 use super::extent::{Rule, Step};
 use super::warps::Warp;
-use super::{Fraction, Solid, Span, Wall};
+use super::{Fraction, Solid, Span, TrueWall, Wall};
 use crate::expr::graph::operands;
 use crate::expr::{Binary, Graph, Node, NodeId, Unary, depends, derive};
 use rustc_hash::FxHashMap;
@@ -179,6 +179,9 @@ impl Solid {
         for Wall { field, half_thickness, .. } in &mut self.walls {
             *field = substitution.of(graph, *field);
             *half_thickness = substitution.of(graph, *half_thickness);
+        }
+        for TrueWall { place, .. } in &mut self.true_walls {
+            *place = place.map(|coordinate| substitution.of(graph, coordinate));
         }
         for Fraction { family, field, target, .. } in &mut self.fractions {
             *family = substitution.of(graph, *family);

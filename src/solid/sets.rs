@@ -59,6 +59,7 @@ impl Solid {
         };
         self.steps.append(&mut other.steps);
         self.walls.append(&mut other.walls);
+        self.true_walls.append(&mut other.true_walls);
         self.fractions.append(&mut other.fractions);
         self.push(Rule::Join(join, order));
         self.field = field;

@@ -10,14 +10,17 @@
 //!
 //!   > p' = x - λ g, λ = (f(p) + g · (x - p)) / g · g, g = grad f(p),
 //!
-//!   and d = λ |g| there. p begins at x and is improved twice. What is left of the error falls by the product
+//!   and d = λ |g| there. p begins at x and is improved twice. Far from the surface, where g is small, the
+//!   first step would lead beyond it; it is no longer than 0.6 of half the thickness, since what is farther than
+//!   half is no part of the wall. What is left of the error falls by the product
 //!   of distance and curvature in each step, and enters d squared; walls of the gyroid, P and D
 //!   surfaces up to 0.15 of a cell have the volume of the tube formula to 0.1 %.
 //!
 //! **What is guaranteed.** A point of the surface is no nearer than the nearest, so d is not too
 //! small where p lies on the surface and x above p. How far p is off the surface, |f(p)| / |g| tells, and d is
 //! taken no smaller than four times that; how far x is from the normal through p is the length of x - p
-//! without its part along g, and d is taken no smaller than that. So far from the surface, where the
+//! without its part along g, and d is taken no smaller than twice that, but no larger than the length of x - p and four times what p is off
+//! together, which it does not exceed: at edges the normal says nothing. So far from the surface, where the
 //! iteration wanders, nothing solid appears.
 //! Where a Lipschitz bound L of f is known, d is taken no smaller than |f| / L, which it can't be: so
 //! ranges of boxes exclude what is far, and the wall lies in {|f| <= L t / 2}. Without one, as for
@@ -29,10 +32,10 @@
 //!
 //! Source: orthogonal projection to an implicit surface, Hartmann 1999, doi:10.1007/s003710050180.
 
-use super::Solid;
 use super::extent::Rule;
 use super::motions::substitute;
 use super::primitives::length;
+use super::{Solid, TrueWall};
 use crate::expr::{Graph, NodeId, Unary, derive};
 
 /// Improvements of the nearest point.
@@ -40,6 +43,16 @@ const STEPS: usize = 2;
 
 /// The least distance, in distances that the nearest point is off the surface.
 const DOUBT: f64 = 4.0;
+
+/// The longest first step, in halves of the thickness.
+///
+/// Of 0.2, 0.4 ... 1.2 it is the one with which walls of gyroid, P, D and IWP surfaces are right farthest.
+const REACH: f64 = 0.6;
+
+/// The least distance, in distances of x from the normal through p.
+///
+/// With 1, solid is left more than a tenth too far from the surface where walls meet, with 2 none.
+const SLANT: f64 = 2.0;
 
 /// How the distance to a surface is had.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -66,10 +79,20 @@ impl Solid {
         let parameters: Vec<f64> = graph.parameters().iter().map(|(_, value)| *value).collect();
         let lipschitz = self.extent(graph, &parameters).lipschitz;
         let distance = match method {
-            Method::Exact => exact(graph, self.field, lipschitz),
+            Method::Exact => exact(graph, self.field, half, lipschitz),
             Method::Gradient => gradient(graph, self.field),
         };
+        let surface = self.field;
         self.field = graph.sub(distance, half);
+        if method == Method::Exact {
+            self.true_walls.push(TrueWall {
+                surface,
+                field: self.field,
+                half_thickness: half,
+                lipschitz,
+                place: graph.point(),
+            });
+        }
         match method {
             Method::Exact if lipschitz.is_finite() => {
                 self.push(Rule::Quotient(lipschitz));
@@ -90,16 +113,25 @@ fn gradient(graph: &mut Graph, field: NodeId) -> NodeId {
     graph.div(size, slope)
 }
 
-/// The distance to {f = 0}, by Newton's method.
-fn exact(graph: &mut Graph, field: NodeId, lipschitz: f64) -> NodeId {
+/// The distance to {f = 0}, by Newton's method, for walls of `half` on either side.
+fn exact(graph: &mut Graph, field: NodeId, half: NodeId, lipschitz: f64) -> NodeId {
+    let reach = graph.constant(REACH);
+    let reach = graph.mul(reach, half);
     let point = graph.point();
     let slopes = derive::gradient(graph, field);
     let (mut value, mut slope) = (field, slopes);
     let mut ahead = value;
     let mut offset = point;
-    for _ in 0..STEPS {
+    for step in 0..STEPS {
         let square = dot(graph, slope, slope);
-        let factor = graph.div(ahead, square);
+        let mut factor = graph.div(ahead, square);
+        if step == 0 {
+            let steepness = graph.unary(Unary::Sqrt, square);
+            let most = graph.div(reach, steepness);
+            let least = graph.neg(most);
+            factor = graph.min(factor, most);
+            factor = graph.max(factor, least);
+        }
         let nearest = std::array::from_fn(|i| {
             let step = graph.mul(factor, slope[i]);
             graph.sub(point[i], step)
@@ -116,8 +148,14 @@ fn exact(graph: &mut Graph, field: NodeId, lipschitz: f64) -> NodeId {
     let off = graph.mul(doubt, off);
     let larger = graph.max(ahead, off);
     let distance = graph.div(larger, steepness);
+    let off = graph.div(off, steepness);
+    let direct = length(graph, &offset);
+    let direct = graph.add(direct, off);
     let aside = aside(graph, offset, slope);
+    let slant = graph.constant(SLANT);
+    let aside = graph.mul(slant, aside);
     let distance = graph.max(distance, aside);
+    let distance = graph.min(direct, distance);
     if lipschitz.is_finite() && lipschitz > 0.0 {
         let size = graph.unary(Unary::Abs, field);
         let bound = graph.constant(lipschitz);
