@@ -19,9 +19,9 @@
 //! **What is guaranteed.** A point of the surface is no nearer than the nearest, so d is not too
 //! small where p lies on the surface and x above p. How far p is off the surface, |f(p)| / |g| tells, and d is
 //! taken no smaller than four times that; how far x is from the normal through p is the length of x - p
-//! without its part along g, and d is taken no smaller than twice that, but no larger than the length of x - p and four times what p is off
-//! together, which it does not exceed: at edges the normal says nothing. So far from the surface, where the
-//! iteration wanders, nothing solid appears.
+//! without its part along g, and d is taken no smaller than twice that, but no larger than the length of
+//! x - p and four times what p is off together, which it does not exceed: at edges the normal says
+//! nothing. So far from the surface, where the iteration wanders, nothing solid appears.
 //! Where a Lipschitz bound L of f is known, d is taken no smaller than |f| / L, which it can't be: so
 //! ranges of boxes exclude what is far, and the wall lies in {|f| <= L t / 2}. Without one, as for
 //! equations, the wall has no bounds of its own. Beyond the reach of the surface (half the distance to its
