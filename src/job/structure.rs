@@ -14,7 +14,7 @@
 //! reach a plane of it in which the solid is cut: there a lattice goes on.
 //!
 //! **What is no pore.** From the outer skin of a body balls would grow without end. Those from outside whose
-//! centre is out of the body's convex hull ([`Hull`]) are no pores. A ball has none, a torus its hole, and a plate
+//! centre is out of the body's convex hull (`Hull`) are no pores. A ball has none, a torus its hole, and a plate
 //! the holes through it, also those that are wider than the plate is thick: a ball need not be in the hull as a whole.
 //! Balls between the rims of pores that open to the outside may be larger than those within: for a gyroid's
 //! walls 0.05 thick, whose pores are 0.17 wide, in a ball of radius 1 the mean is 0.6 % above that in a box, the maximum

@@ -125,8 +125,9 @@ impl<'a> Shares<'a> {
     ) -> Result<Found, Failure> {
         let first = self.first(share);
         let mut own = self.own_with_changes();
-        // False for what is not a number.
-        if !(self.width(first.level) >= VISIBLE * self.part.cells.longest()) {
+        // What is not a number can't be seen either.
+        let is_seen = self.width(first.level) >= VISIBLE * self.part.cells.longest();
+        if !is_seen {
             own.iter_mut().for_each(|(_, change)| *change = f64::INFINITY);
         }
         let mut reach = REACH;
