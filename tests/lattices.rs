@@ -399,7 +399,7 @@ fn densities_of_thin_walls_and_of_many_cells_are_right() {
 
 #[test]
 fn densities_do_not_depend_on_those_solved_for_before_nor_on_units() {
-    let text = "gyroid scale 0.5*s density 0.3 p-surface scale 0.4*s density 0.2 union box scale s";
+    let text = "'x+0.3*y' scale s density 0.3 'y-0.2*z' scale s density 0.2 union box scale s";
     let at = |job: &Job, s: f64| {
         let found = job.totals(&Settings::with_spacing(0.08 * s), &Progress::new()).unwrap();
         found.report.densities
