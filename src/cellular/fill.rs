@@ -10,7 +10,7 @@
 //! by its ball. Elsewhere the ball is right where the field is a distance, and a cell is kept though a hole
 //! or a notch reaches into it that misses the corners and the ball. Where the size of cells varies, a cell is
 //! the one of the size at the point, and kept or not point by point. The field jumps from cell to cell; the
-//! surface there is the cells' faces. It costs nine evaluations of the part.
+//! surface there is the cells' faces. It costs nine evaluations of the part, and one of its slope.
 
 use crate::expr::{Graph, NodeId, Unary, derive};
 use crate::solid::motions::substitute;

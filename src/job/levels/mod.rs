@@ -19,7 +19,7 @@
 //! * **Quadrature.** Without oracles the level is improved by Newton's method, V and dV/dt being the
 //!   quadrature of the field ([`quadrature`](crate::measure::quadrature)) on a grid that is refined until the
 //!   fraction stays: to 2e-5, but only where the grid resolves walls and pores. How wide these are the
-//!   points tell ([`Shares::width`]), and quadrature that contradicts them is not believed. In lattices of many
+//!   points tell ([`Found::width`]), and quadrature that contradicts them is not believed. In lattices of many
 //!   cells, of thin walls or of sharp creases the error is above 1e-4, or not known; there the level
 //!   is found from many points as well, and the better of the two is taken.
 //!
@@ -332,8 +332,7 @@ impl Search<'_> {
             return Err(self.job.no_density(fraction, &cause));
         }
         let shares = Shares::new(&part, values);
-        let before = self.values[level.index()];
-        let (found, [moved, width]) = if let Some(curve) = curve {
+        let (shares, found) = if let Some(curve) = curve {
             let ends = ends_of(part.own(targets));
             let [least, greatest] = ends;
             let middle = 0.5 * (least + greatest);
@@ -358,17 +357,17 @@ impl Search<'_> {
                 let found = values_at(graph, at, &[family, target], &self.values)?;
                 Ok(above(&found[0], &found[1]))
             });
-            let found = found.map_err(failed)?;
-            (found, [shares.between(before, found.level), shares.width(found.level)])
+            (shares, found)
         } else {
             let found = self.level_of(&shares, asked, &[family], aim, |at| {
                 Ok(values_at(graph, at, &[family], &self.values)?.swap_remove(0))
             });
-            let found = found.map_err(failed)?;
-            (found, [shares.between(before, found.level), shares.width(found.level)])
+            (shares, found)
         };
-        self.values[level.index()] = found.level;
-        Ok(Seen { asked, found: found.share, error: found.error, moved, width })
+        let Found { level: value, share: found, error, width } = found.map_err(failed)?;
+        let moved = shares.between(self.values[level.index()], value);
+        self.values[level.index()] = value;
+        Ok(Seen { asked, found, error, moved, width })
     }
 
     /// The level below which `asked` lies. The values `sampled` are made of `outputs`.

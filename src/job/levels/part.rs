@@ -61,10 +61,14 @@ impl Cells {
         self.size.max_element()
     }
 
-    /// The area of a cell's side across an axis, and its volume, in units of its longest side.
-    pub fn area_and_volume(&self, axis: usize) -> [f64; 2] {
-        let size = self.size / self.longest();
-        [size.element_product() / size[axis], size.element_product()]
+    /// The area of a cell's side across an axis, in units of its longest side squared.
+    pub fn side(&self, axis: usize) -> f64 {
+        self.volume() / (self.size[axis] / self.longest())
+    }
+
+    /// The volume of a cell, in units of its longest side cubed.
+    pub fn volume(&self) -> f64 {
+        (self.size / self.longest()).element_product()
     }
 
     fn count(&self) -> usize {

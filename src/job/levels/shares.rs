@@ -40,6 +40,9 @@ pub(super) struct Found {
     pub share: f64,
     /// How far that may be from the truth.
     pub error: f64,
+    /// Twice the volume over the area of what lies below the level, or above it if that is less: how wide
+    /// the walls or the pores are, by one value a cell.
+    pub width: f64,
 }
 
 impl<'a> Shares<'a> {
@@ -60,52 +63,45 @@ impl<'a> Shares<'a> {
         level_at(&self.sorted, share * self.whole).unwrap_or(f64::NAN)
     }
 
-    /// The same level and twice the standard deviation of the share.
+    /// The same level, twice the standard deviation of the share, and the width.
     ///
     /// Whether the point of a cell that a face passes through lies below the level is chance, with a
     /// variance of 1/6 if the face may be anywhere. Those cells are as many as pairs of neighbours,
     /// along all axes, have a face between them.
+    ///
+    /// Pairs along an axis are also as many as the shadow of the faces along it covers sides of cells. The
+    /// shadows along all three axes of a surface without direction are 3/2 of its area.
     pub fn first(&self, share: f64) -> Found {
         let level = self.level(share);
         let Part { cells, near, weights, .. } = self.part;
-        let pairs = |&cell: &usize| {
-            let others = (0..3).filter_map(|axis| cells.next(cell, axis));
-            let value = self.values[cell];
-            let is_between = |other: &usize| is_between(level, value, self.values[*other]);
-            others.filter(is_between).count() as f64 * weights[cell] * weights[cell]
-        };
-        let crossed: f64 = near.iter().map(pairs).sum();
-        let share = weight_below(&self.sorted, level) / self.whole;
-        Found { level, share, error: 2.0 * (crossed / 6.0).sqrt() / self.whole }
+        let (mut crossed, mut shadows) = (0.0, 0.0);
+        for axis in 0..3 {
+            let has_face = |cell: &&usize| {
+                let other = cells.next(**cell, axis);
+                other
+                    .is_some_and(|other| is_between(level, self.values[**cell], self.values[other]))
+            };
+            let mut weight = 0.0;
+            for &cell in near.iter().filter(has_face) {
+                weight += weights[cell];
+                crossed += weights[cell] * weights[cell];
+            }
+            shadows += weight * cells.side(axis);
+        }
+        let below = weight_below(&self.sorted, level);
+        let thinner = below.min(self.whole - below) * cells.volume();
+        Found {
+            level,
+            share: below / self.whole,
+            error: 2.0 * (crossed / 6.0).sqrt() / self.whole,
+            width: 2.0 * thinner / (shadows / 1.5) * cells.longest(),
+        }
     }
 
     /// The share between two levels, by one value a cell.
     pub fn between(&self, a: f64, b: f64) -> f64 {
         let [a, b] = [a, b].map(|level| weight_below(&self.sorted, level));
         (a - b).abs() / self.whole
-    }
-
-    /// Twice the volume over the area of what lies below `level`, or above it if that is less, by one
-    /// value a cell.
-    ///
-    /// The level's surface lies between neighbours along an axis as often as its shadow along the
-    /// axis covers the side of a cell. The shadows of a surface without direction along all three axes
-    /// together are 3/2 of its area.
-    pub fn width(&self, level: f64) -> f64 {
-        let Part { cells, near, weights, .. } = self.part;
-        let shadow = |axis: usize| {
-            let [area, _] = cells.area_and_volume(axis);
-            let is_crossed = |cell: &&usize| {
-                let other = cells.next(**cell, axis);
-                other
-                    .is_some_and(|other| is_between(level, self.values[**cell], self.values[other]))
-            };
-            area * near.iter().filter(is_crossed).map(|&cell| weights[cell]).sum::<f64>()
-        };
-        let area = (0..3).map(shadow).sum::<f64>() / 1.5;
-        let below = weight_below(&self.sorted, level);
-        let [_, cell] = cells.area_and_volume(0);
-        2.0 * below.min(self.whole - below) * cell / area * cells.longest()
     }
 
     /// The level with many more points in all cells that the surface of a level near it may pass
@@ -126,7 +122,7 @@ impl<'a> Shares<'a> {
         let first = self.first(share);
         let mut own = self.own_with_changes();
         // What is not a number can't be seen either.
-        let is_seen = self.width(first.level) >= VISIBLE * self.part.cells.longest();
+        let is_seen = first.width >= VISIBLE * self.part.cells.longest();
         if !is_seen {
             own.iter_mut().for_each(|(_, change)| *change = f64::INFINITY);
         }
@@ -163,7 +159,8 @@ impl<'a> Shares<'a> {
             if wanted >= 0.0 && wanted <= inner && !between.is_empty() || reach >= FARTHEST {
                 let Some(level) = level_at(&between, wanted) else { return Ok(first) };
                 let share = (below + weight_below(&between, level)) / self.whole;
-                return Ok(Found { level, share, error: 2.0 * variance.sqrt() / self.whole });
+                let error = 2.0 * variance.sqrt() / self.whole;
+                return Ok(Found { level, share, error, width: first.width });
             }
             reach *= 4.0;
         }

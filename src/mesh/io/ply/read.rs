@@ -97,8 +97,8 @@ fn vertices<S: Source>(
         _ => Role::Ignored,
     });
     let has = |axis: usize| roles.contains(&Role::Coordinate(axis));
-    if let Some(missing) = missing([0, 1, 2].map(has)) {
-        return Err(syntax(missing, Some(found(element).as_bytes())).into());
+    if !(0..3).all(has) {
+        return Err(syntax(NO_PLACE, Some(found(element).as_bytes())).into());
     }
     rows(source, element, &roles, |source, row| {
         assembly.reach(source.offset())?;
@@ -134,20 +134,6 @@ fn faces<S: Source>(
     })
 }
 
-/// What vertices must have that those lack which have a number along the axes of `has` only.
-fn missing(has: [bool; 3]) -> Option<&'static str> {
-    match has {
-        [true, true, true] => None,
-        [false, false, false] => Some("numbers x, y and z in the element vertex"),
-        [false, false, true] => Some("numbers x and y in the element vertex, beside z"),
-        [false, true, false] => Some("numbers x and z in the element vertex, beside y"),
-        [true, false, false] => Some("numbers y and z in the element vertex, beside x"),
-        [false, true, true] => Some("a number x in the element vertex, beside y and z"),
-        [true, false, true] => Some("a number y in the element vertex, beside x and z"),
-        [true, true, false] => Some("a number z in the element vertex, beside x and y"),
-    }
-}
-
 /// The names of the element's properties.
 fn found(element: &Element) -> String {
     if element.properties.is_empty() {
@@ -156,6 +142,9 @@ fn found(element: &Element) -> String {
     let names = element.properties.iter().map(|property| property.name.as_str());
     names.collect::<Vec<_>>().join(" ")
 }
+
+/// What vertices must have.
+const NO_PLACE: &str = "numbers x, y and z in the element vertex";
 
 /// What faces must have.
 const NO_CORNERS: &str = "a list of integers vertex_indices in the element of the faces";
